@@ -1,0 +1,77 @@
+"""Where could centres be? Free cells that touch an occupied cell vote for the centre behind it."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from fidmap.model import FloatArray, Label
+
+Image = npt.NDArray[np.uint8]
+
+
+def centre_candidates(labels: Image, radius: float, min_votes: float = 0.2) -> FloatArray:
+    """Places that at least a share `min_votes` of a half ring's boundary votes for.
+
+    labels: (H, W) of `Label`; radius in cells. Returns (N, 2) (row, column) continuous cell coordinates, most
+    votes first. Seven passes over the map: two comparisons, a dilation, three small blurs, a maximum filter.
+    """
+    occupied = cv2.compare(labels, int(Label.OCCUPIED), cv2.CMP_EQ)
+    free = cv2.compare(labels, int(Label.FREE), cv2.CMP_EQ)
+    boundary = cv2.subtract(cv2.dilate(occupied, np.ones((3, 3), np.uint8)), occupied)
+    found = cv2.findNonZero(boundary)
+    if found is None:
+        return np.empty((0, 2))
+    cells = found.reshape(-1, 2)[:, ::-1].astype(np.intp)
+    inward = _towards_occupied(occupied, cells, radius)
+    seen = _free_outside(free, cells, inward)
+    votes = _accumulate(labels.shape, cells[seen] + (radius + 1.0) * inward[seen])
+    return _peaks(votes, radius, min_votes)
+
+
+def _towards_occupied(occupied: Image, cells: npt.NDArray[np.intp], radius: float) -> FloatArray:
+    """Unit vectors (N, 2) (row, column) from the boundary cells into the obstacle: the blurred map's gradient."""
+    sigma = min(max(0.17 * radius, 0.9), 2.5)
+    blurred = cv2.GaussianBlur(occupied, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE)
+    rows, columns = cells[:, 0], cells[:, 1]
+    last_row, last_column = blurred.shape[0] - 1, blurred.shape[1] - 1
+
+    def at(r: npt.NDArray[np.intp], c: npt.NDArray[np.intp]) -> FloatArray:
+        return np.asarray(blurred[np.clip(r, 0, last_row), np.clip(c, 0, last_column)], np.float64)
+
+    gradient = np.stack(
+        [at(rows + 1, columns) - at(rows - 1, columns), at(rows, columns + 1) - at(rows, columns - 1)], axis=1
+    )
+    length = np.hypot(gradient[:, 0], gradient[:, 1])
+    return gradient / np.maximum(length, 1e-9)[:, None]
+
+
+def _free_outside(free: Image, cells: npt.NDArray[np.intp], inward: FloatArray) -> npt.NDArray[np.bool_]:
+    """Whether the map is free at the boundary cell or up to two cells further out (grey ramps lie between)."""
+    seen = free[cells[:, 0], cells[:, 1]] > 0
+    for step in (1.0, 2.0):
+        out = np.clip(np.rint(cells - step * inward).astype(np.intp), 0, np.array(free.shape) - 1)
+        seen |= free[out[:, 0], out[:, 1]] > 0
+    return seen
+
+
+def _accumulate(shape: tuple[int, ...], centres: FloatArray) -> npt.NDArray[np.float32]:
+    """Count votes per cell; votes that fall outside of the map are dropped."""
+    cells = np.floor(centres + 0.5).astype(np.intp)
+    inside = ((cells >= 0) & (cells < shape[:2])).all(axis=1)
+    flat = cells[inside, 0] * shape[1] + cells[inside, 1]
+    return np.bincount(flat, minlength=shape[0] * shape[1]).reshape(shape).astype(np.float32)
+
+
+def _peaks(votes: npt.NDArray[np.float32], radius: float, min_votes: float) -> FloatArray:
+    """Local maxima of the smoothed votes, as continuous cell coordinates."""
+    sigma = max(1.0, 0.14 * radius)
+    smooth = cv2.GaussianBlur(votes, (0, 0), sigma)
+    reach = max(1, round(0.3 * radius))
+    highest = cv2.dilate(smooth, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
+    # a half ring has about pi * radius boundary cells; a blurred pile of n votes peaks at n / (2 pi sigma^2)
+    enough = min_votes * np.pi * radius / (2 * np.pi * (sigma**2 + (0.12 * radius) ** 2))
+    rows, columns = np.nonzero((smooth >= highest) & (smooth > enough))
+    order = np.argsort(-smooth[rows, columns], kind="stable")
+    return np.stack([rows, columns], axis=1)[order] + 0.5

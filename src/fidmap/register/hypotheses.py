@@ -1,0 +1,201 @@
+"""Placements worth a closer look: from two points each, from one point with its facing, from a start pose."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from fidmap.geometry import angle_between
+from fidmap.model import FloatArray, StartPose
+from fidmap.register.problem import Problem
+
+# bounds of the work, counted and not timed, so that the same input gives the same answer anywhere
+MOST_HYPOTHESES = 20_000
+DISTANCES = 2_000_000
+SECTORS = 12
+HEADINGS = 24
+
+
+def placements(problem: Problem, start: StartPose | None) -> FloatArray:
+    """Hypotheses (H, 4): rotation, x, y of the translation, scale; unmirrored, in no order."""
+    rows, columns = np.nonzero(problem.allowed)
+    rows, columns = (
+        np.concatenate([rows, problem.fixed[:, 0]]),
+        np.concatenate([columns, problem.fixed[:, 1]]),
+    )
+    if len(rows) == 0:
+        return np.empty((0, 4))
+    found = [_from_one_point(problem, rows, columns), _from_two_points(problem, rows, columns)]
+    found.append(np.array([[0.0, 0.0, 0.0, np.clip(1.0, *problem.scale_range)]]))
+    if start is not None:
+        found.append(_from_start_pose(start))
+    return np.concatenate(found)
+
+
+def within(hypotheses: FloatArray, start: StartPose | None) -> npt.NDArray[np.bool_]:
+    """(H,) whether a placement puts the map's origin within three sigma of the start pose."""
+    if start is None:
+        return np.ones(len(hypotheses), bool)
+    away = np.hypot(hypotheses[:, 1] - start.pose.x_m, hypotheses[:, 2] - start.pose.y_m)
+    turned = angle_between(hypotheses[:, 0], start.pose.yaw)
+    return np.asarray((away <= 3 * start.sigma_m) & (turned <= 3 * start.sigma_yaw))
+
+
+def promising(problem: Problem, hypotheses: FloatArray) -> FloatArray:
+    """The hypotheses (K, 4) of greatest promise, best first.
+
+    First all by one look per barrel part into a distance field, then the best of them with parts shared fairly;
+    H * M look-ups and at most `DISTANCES` distances.
+    """
+    rough = field_scores(problem, hypotheses)
+    some = np.argsort(-rough, kind="stable")[: max(200, DISTANCES // max(1, problem.allowed.size))]
+    fair = _two_sided_scores(problem, hypotheses[some])
+    return hypotheses[some[np.argsort(-fair, kind="stable")]]
+
+
+def field_scores(problem: Problem, hypotheses: FloatArray) -> FloatArray:
+    """(H,) sum over barrel parts of 1 - min(d, D)/D to the nearest fiducial part of a fitting facing."""
+    field = _DistanceField(problem)
+    total = np.zeros(len(hypotheses))
+    turn = hypotheses[:, 3] * np.exp(1j * hypotheses[:, 0])
+    usable = problem.allowed.any(axis=0)
+    usable[problem.fixed[:, 1]] = True
+    for j in np.flatnonzero(usable):
+        x, y = problem.barrels[j]
+        moved = turn * (x + 1j * y) + (hypotheses[:, 1] + 1j * hypotheses[:, 2])
+        distance = field.look(moved, hypotheses[:, 0] + problem.barrel_facings[j])
+        total += np.maximum(0.0, 1 - distance / problem.d_max)
+    return total
+
+
+class _DistanceField:
+    """Clipped distance to the nearest fiducial part, for each of twelve facings; cells of a twelfth of D."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.cell = problem.d_max / 12
+        margin = problem.d_max + 2 * self.cell
+        self.low = problem.fiducials.min(axis=0) - margin
+        height, width = (
+            np.ceil((problem.fiducials.max(axis=0) + margin - self.low) / self.cell).astype(int)[::-1] + 1
+        )
+        at = ((problem.fiducials - self.low) / self.cell).astype(int)
+        faced = np.isfinite(problem.fiducial_facings)
+        self.sectors = SECTORS if faced.any() and np.isfinite(problem.barrel_facings).any() else 1
+        fields = []
+        for k in range(self.sectors):
+            apart = angle_between(problem.fiducial_facings, (k + 0.5) * 2 * math.pi / self.sectors)
+            fits = ~(apart >= problem.settings.facing_tolerance + math.pi / self.sectors)
+            empty = np.ones((height, width), np.uint8)
+            empty[at[fits, 1], at[fits, 0]] = 0
+            fields.append(cv2.distanceTransform(empty, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * self.cell)
+        fields.append(np.min(fields, axis=0))
+        self.fields = np.stack(fields)
+
+    def look(self, points: npt.NDArray[np.complex128], facings: FloatArray) -> FloatArray:
+        """(H,) metres; points outside of the field are far away, parts without facing fit every sector."""
+        column = np.floor((points.real - self.low[0]) / self.cell)
+        row = np.floor((points.imag - self.low[1]) / self.cell)
+        height, width = self.fields.shape[1:]
+        inside = (row >= 0) & (column >= 0) & (row < height) & (column < width)
+        sector = np.floor(np.nan_to_num(facings) % (2 * math.pi) / (2 * math.pi) * self.sectors)
+        sector = np.where(np.isfinite(facings), np.minimum(sector, self.sectors - 1), self.sectors)
+        index = np.where(inside, (sector * height + row) * width + column, 0).astype(np.intp)
+        return np.where(inside, self.fields.reshape(-1)[index], np.inf)
+
+
+def _two_sided_scores(problem: Problem, hypotheses: FloatArray) -> FloatArray:
+    """(H,) the lesser of the sums over fiducial parts and over barrel parts of the best pair each."""
+    moved = (hypotheses[:, 3] * np.exp(1j * hypotheses[:, 0]))[:, None] * (problem.barrels @ [1, 1j])[None]
+    moved = moved + (hypotheses[:, 1] + 1j * hypotheses[:, 2])[:, None]
+    distance = np.abs(moved[:, None, :] - (problem.fiducials @ [1, 1j])[None, :, None])
+    worth = np.where(problem.allowed[None], np.maximum(0.0, 1 - distance / problem.d_max), 0.0)
+    turned = hypotheses[:, 0, None] + problem.barrel_facings[None]
+    apart = angle_between(problem.fiducial_facings[None, :, None], turned[:, None, :])
+    worth[apart >= problem.settings.facing_tolerance] = 0.0
+    fixed = np.maximum(0.0, 1 - distance[:, problem.fixed[:, 0], problem.fixed[:, 1]] / problem.d_max).sum(
+        axis=1
+    )
+    return np.asarray(fixed + np.minimum(worth.max(axis=1).sum(axis=1), worth.max(axis=2).sum(axis=1)))
+
+
+def _place(rotation: FloatArray, source: FloatArray, target: FloatArray, scale: FloatArray) -> FloatArray:
+    """Placements (H, 4) that turn by `rotation` and carry complex points `source` to `target`."""
+    shift = target - scale * np.exp(1j * rotation) * source
+    return np.stack([rotation, shift.real, shift.imag, scale], axis=1)
+
+
+def _from_one_point(
+    problem: Problem, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp]
+) -> FloatArray:
+    """One pair fixes the translation; its facings fix the rotation, or a fan of headings does."""
+    turn = problem.fiducial_facings[rows] - problem.barrel_facings[columns]
+    headings = np.arange(HEADINGS) * (2 * math.pi / HEADINGS)
+    known = np.isfinite(turn)
+    rotation = np.concatenate([turn[known], np.tile(headings, int((~known).sum()))])
+    again = np.concatenate([np.flatnonzero(known), np.repeat(np.flatnonzero(~known), HEADINGS)])
+    source, target = (problem.barrels @ [1, 1j])[columns[again]], (problem.fiducials @ [1, 1j])[rows[again]]
+    chosen = _thin(len(again))
+    scale = np.full(len(chosen), np.clip(1.0, *problem.scale_range))
+    return _place(rotation[chosen], source[chosen], target[chosen], scale)
+
+
+def _from_two_points(
+    problem: Problem, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp]
+) -> FloatArray:
+    """Two pairs whose lengths agree fix everything; their middle is carried onto each other."""
+    barrel, fiducial = problem.barrels @ [1, 1j], problem.fiducials @ [1, 1j]
+    first, second = _pairs_of_pairs(len(rows))
+    ij, kl = (rows[first], columns[first]), (rows[second], columns[second])
+    usable = (ij[0] != kl[0]) & (ij[1] != kl[1])
+    ij, kl = (ij[0][usable], ij[1][usable]), (kl[0][usable], kl[1][usable])
+    target, source = fiducial[kl[0]] - fiducial[ij[0]], barrel[kl[1]] - barrel[ij[1]]
+    low, high = problem.scale_range
+    slack = 0.75 * problem.d_max
+    fits = (np.abs(target) <= high * np.abs(source) + slack) & (
+        np.abs(target) >= low * np.abs(source) - slack
+    )
+    # neighbours (the two halves on one wall) tell nothing about the rotation
+    fits &= (np.abs(source) > 0.5 * problem.d_max) & (np.abs(target) > 0.5 * problem.d_max)
+    rotation = np.angle(target * np.conj(source))
+    for i, j in (ij, kl):
+        fits &= ~(
+            angle_between(problem.fiducial_facings[i], rotation + problem.barrel_facings[j])
+            >= problem.settings.facing_tolerance
+        )
+    best = np.flatnonzero(fits)
+    chosen = best[_thin(len(best))]
+    scale = np.clip(np.abs(target[chosen]) / np.abs(source[chosen]), low, high)
+    middle = [
+        0.5 * (p[a[chosen]] + p[b[chosen]]) for p, a, b in ((barrel, ij[1], kl[1]), (fiducial, ij[0], kl[0]))
+    ]
+    return _place(rotation[chosen], middle[0], middle[1], scale)
+
+
+def _pairs_of_pairs(count: int, most: int = 2_000_000) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """All index pairs a < b below `count`, or an even share of them where they are too many."""
+    total = count * (count - 1) // 2
+    if total <= most:
+        first, second = np.triu_indices(count, 1)
+        return first, second
+    random = np.random.default_rng(0)
+    return random.integers(0, count, most), random.integers(0, count, most)
+
+
+def _thin(count: int) -> npt.NDArray[np.intp]:
+    """Indices of an even share of `count` hypotheses, at most `MOST_HYPOTHESES`."""
+    if count <= MOST_HYPOTHESES:
+        return np.arange(count)
+    return np.sort(np.random.default_rng(0).choice(count, MOST_HYPOTHESES, replace=False))
+
+
+def _from_start_pose(start: StartPose) -> FloatArray:
+    """A fan of placements inside the three-sigma box of the start pose."""
+    steps = np.linspace(-2.5, 2.5, 11)
+    turn, x, y = np.meshgrid(steps * start.sigma_yaw, steps * start.sigma_m, steps * start.sigma_m)
+    pose = start.pose
+    return np.stack(
+        [pose.yaw + turn.ravel(), pose.x_m + x.ravel(), pose.y_m + y.ravel(), np.ones(turn.size)], axis=1
+    )

@@ -47,9 +47,12 @@ def read_bytes(path: Path, subject: object, limit: int, kind: str = "") -> bytes
         MapFileError: missing, not a regular file, unreadable, empty, or too large; nothing was read then.
     """
     try:
-        check_regular(path, subject)
+        size = regular_size(path, subject)
+        if kind and size > limit:
+            raise fault(subject, f"is not {kind} of at most {limit:,} bytes; expected {READABLE}")
         with path.open("rb") as file:
-            data = file.read(limit + 1)
+            # Asking for `limit` bytes would take that much memory for the smallest file.
+            data = file.read(min(size, limit))
     except PermissionError:
         raise fault(subject, "cannot be read: permission denied; make it readable (chmod +r)") from None
     except (FileNotFoundError, NotADirectoryError):
@@ -59,23 +62,23 @@ def read_bytes(path: Path, subject: object, limit: int, kind: str = "") -> bytes
         raise fault(subject, f"cannot be read ({reason}); check the path") from None
     if not data:
         raise fault(subject, f"is empty (0 bytes); expected {READABLE}, so save the map again")
-    if kind and len(data) > limit:
-        raise fault(subject, f"is not {kind} of at most {limit:,} bytes; expected {READABLE}")
-    return data[:limit]
+    return data
 
 
-def check_regular(path: Path, subject: object) -> None:
-    """Refuse what is no regular file before it is opened: opening a pipe would wait for ever.
+def regular_size(path: Path, subject: object) -> int:
+    """Bytes of a regular file; anything else is refused before it is opened: a pipe would wait for ever.
 
     Raises:
         MapFileError: a directory, a device or a pipe.
         OSError: whatever the operating system says about the path.
     """
-    mode = path.stat().st_mode
+    status = path.stat()
+    mode = status.st_mode
     if stat.S_ISDIR(mode):
         raise fault(subject, f"is a directory; expected {READABLE}, so name the file inside it")
     if not stat.S_ISREG(mode):
         raise fault(subject, f"is a device or a pipe; expected {READABLE}, so save it to a file first")
+    return status.st_size
 
 
 def check_size(width: int, height: int, subject: object) -> None:

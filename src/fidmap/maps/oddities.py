@@ -90,7 +90,7 @@ def _unknown_loads_as_free(census: Census, meaning: Meaning, table: CodeTable) -
 
 
 def _peak(counts: npt.NDArray[np.int64], grey: int) -> bool:
-    """Whether a grey stands out, unlike in a smooth histogram: 2 % of the cells and 5 times its neighbours."""
+    """Whether a grey stands out, unlike in a smooth histogram: 2 % of the cells, 5 times its neighbours."""
     around = max(counts[grey - 1], counts[grey + 1])
     return bool(counts[grey] >= max(1, 0.02 * counts.sum(), 5 * around))
 

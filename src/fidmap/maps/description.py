@@ -20,6 +20,7 @@ from fidmap.model import Pose2
 
 MAX_YAML_BYTES = 65_536
 MAX_ALIASES = 16
+MAX_DEPTH = 20
 KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh")
 
 T = TypeVar("T")
@@ -81,24 +82,38 @@ def parse(data: bytes, subject: object, overrides: Overrides) -> Description:
 
 
 def load(data: bytes, subject: object) -> dict[str, Any]:
-    """Parse untrusted YAML into its keys; few aliases are allowed, because they can multiply without end.
+    """Parse untrusted YAML into its keys; few aliases and levels are allowed, since they can explode.
 
     Raises:
         MapFileError: not YAML, not a mapping, or plainly another kind of file.
     """
     try:
-        aliases = sum(
-            isinstance(event, yaml.AliasEvent) for event in yaml.parse(data, Loader=yaml.SafeLoader)
-        )
-        document = yaml.safe_load(data) if aliases <= MAX_ALIASES else None
+        _screen(data, subject)
+        document = yaml.safe_load(data)
     except yaml.MarkedYAMLError as error:
         where = f" in line {error.problem_mark.line + 1}" if error.problem_mark else ""
         raise fault(subject, f"is not valid YAML{where} ({error.problem}); correct that line") from None
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError):
         raise fault(subject, f"is neither a map_server YAML nor an image; expected {READABLE}") from None
-    if aliases > MAX_ALIASES:
-        raise fault(subject, f"holds {aliases} YAML aliases; a map file needs none, so write its values out")
     return _mapping(document, subject)
+
+
+def _screen(data: bytes, subject: object) -> None:
+    """Refuse what is valid YAML and made to exhaust its reader, as soon as the first excess shows.
+
+    PyYAML's time grows with the square of the nesting: 64 kB of brackets would keep it busy for an hour.
+    """
+    aliases = depth = 0
+    for event in yaml.parse(data, Loader=yaml.SafeLoader):
+        aliases += isinstance(event, yaml.AliasEvent)
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if aliases > MAX_ALIASES or depth > MAX_DEPTH:
+            excess = (
+                f"more than {MAX_ALIASES} aliases" if aliases > MAX_ALIASES else f"over {MAX_DEPTH} levels"
+            )
+            raise fault(
+                subject, f"holds {excess} of YAML; a map file needs none, so write its values out plainly"
+            )
 
 
 def _mapping(document: Any, subject: object) -> dict[str, Any]:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from PIL import BmpImagePlugin, ImageFile, JpegImagePlugin, PngImagePlugin
 
 from fidmap.maps import netpbm
-from fidmap.maps.files import READABLE, check_size, fault
+from fidmap.maps.files import check_size, fault
 from fidmap.maps.tables import look_up
 from fidmap.model import MapFileError
 
@@ -76,18 +76,12 @@ def _load(data: bytes, name: str, decoder: type[ImageFile.ImageFile], subject: o
     except (MapFileError, MemoryError):
         raise
     # A decoder fed with hostile bytes raises nearly anything: OSError, SyntaxError, struct.error, IndexError.
-    except Exception as error:
+    except Exception:
         raise fault(
             subject,
-            f"is a broken or truncated {name} image ({printable_reason(error)}); expected {READABLE}, "
-            "so copy or save the map again",
+            f"is a broken or truncated {name} image; expected a whole one, so copy or save the map again",
         ) from None
     return image
-
-
-def printable_reason(error: Exception) -> str:
-    """A decoder's own words, short enough for the middle of a sentence."""
-    return (str(error).splitlines() or [type(error).__name__])[0][:80] or type(error).__name__
 
 
 def _raw_mode(image: ImageFile.ImageFile) -> str:

@@ -8,15 +8,13 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path, PureWindowsPath
 
-import yaml
-
 from fidmap.maps import images
 from fidmap.maps.cells import code_table, to_grid
-from fidmap.maps.description import MAX_YAML_BYTES, Description, parse
+from fidmap.maps.description import MAX_YAML_BYTES, Description, load, parse
 from fidmap.maps.files import MAX_IMAGE_BYTES, exists, fault, printable, read_bytes
 from fidmap.maps.oddities import oddities, yaw_ignored
 from fidmap.maps.overrides import Overrides
-from fidmap.model import Finding, Grid, Source
+from fidmap.model import Finding, Grid, MapFileError, Source
 
 MAX_YAMLS_ASKED = 1000
 
@@ -33,7 +31,7 @@ def read(path: Path, name: str, overrides: Overrides, noticed: tuple[Finding, ..
     Raises:
         MapFileError: one sentence with everything that is wrong with the YAML, or with its image.
     """
-    data = read_bytes(path, path, MAX_YAML_BYTES, "neither an image nor a YAML")
+    data = read_bytes(path, path, MAX_YAML_BYTES, "an image or a YAML")
     description = parse(data, path, overrides)
     image_path, foreign = locate_image(description, path)
     subject = f"{printable(path)}: its image {printable(description.image)}"
@@ -106,7 +104,7 @@ def _names(yaml_path: Path, image_path: Path) -> bool:
         data = yaml_path.read_bytes()
         if image_path.name.encode() not in data:
             return False
-        named = yaml.safe_load(data).get("image")
+        named = load(data, yaml_path).get("image")
         return isinstance(named, str) and (yaml_path.parent / named).samefile(image_path)
-    except (OSError, ValueError, AttributeError, RecursionError, yaml.YAMLError):
+    except (OSError, ValueError, MapFileError):
         return False

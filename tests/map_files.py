@@ -5,7 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 from PIL import Image
+
+from fidmap.maps import read_map
+from fidmap.model import MapFileError
 
 YAML = {
     "image": "map.png",
@@ -38,3 +42,12 @@ def write_pgm(folder: Path, pixels: object, name: str = "map.pgm") -> Path:
     path = folder / name
     path.write_bytes(b"P5\n%d %d\n255\n" % (array.shape[1], array.shape[0]) + array.tobytes())
     return path
+
+
+def sentence(path: str | Path, **options: object) -> str:
+    """The text of the error that reading ends in, which has to be one line."""
+    with pytest.raises(MapFileError) as caught:
+        read_map(path, **options)
+    assert caught.value.code == "map-file"
+    assert "\n" not in str(caught.value)
+    return str(caught.value)

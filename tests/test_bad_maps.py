@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from fidmap.maps import read_map
-from fidmap.model import MapFileError, Pose2
-from map_files import write_map, write_pgm, write_yaml
+from fidmap.model import Pose2
+from map_files import sentence, write_map, write_pgm, write_yaml
 
 READABLE = "a map_server YAML or a PGM, PNG, BMP or JPEG image"
 TOO_LARGE = (
@@ -25,15 +25,6 @@ KEYS = "image, resolution, origin, negate, occupied_thresh, free_thresh"
 def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Files are named as a user in their folder names them."""
     monkeypatch.chdir(tmp_path)
-
-
-def sentence(path: str | Path, **options: object) -> str:
-    """The text of the error; it has to be one line, and so does the hint in it."""
-    with pytest.raises(MapFileError) as caught:
-        read_map(path, **options)
-    assert caught.value.code == "map-file"
-    assert "\n" not in str(caught.value)
-    return str(caught.value)
 
 
 def png_header(width: int, height: int) -> bytes:
@@ -89,7 +80,8 @@ def png_header(width: int, height: int) -> bytes:
         (
             "m.yaml",
             b"a: &a [1]\nimage: [" + b"*a, " * 40 + b"1]\n",
-            "m.yaml holds more than 16 aliases of YAML; a map file needs none, so write its values out plainly",
+            "m.yaml holds more than 16 aliases of YAML; a map file needs none, so write "
+            "its values out plainly",
         ),
         (
             "m.yaml",
@@ -104,61 +96,6 @@ def test_not_a_map(tmp_path: Path, name: str, content: bytes, text: str) -> None
     (tmp_path / name).write_bytes(content)
 
     assert sentence(name) == text
-
-
-@pytest.mark.parametrize(
-    ("changed", "faults"),
-    [
-        ({"resolution": None, "negate": None, "free_thresh": None}, "lacks resolution, negate, free_thresh"),
-        ({"resolution": ".nan"}, "resolution is nan, expected metres per cell from 1e-05 to 1000"),
-        ({"resolution": "-0.05"}, "resolution is -0.05, expected metres per cell from 1e-05 to 1000"),
-        ({"resolution": "0"}, "resolution is 0, expected metres per cell from 1e-05 to 1000"),
-        ({"resolution": "fine"}, "resolution is 'fine', expected metres per cell from 1e-05 to 1000"),
-        ({"origin": "[0, 0]"}, "origin is a list of 2, expected exactly three numbers [x_m, y_m, yaw_rad]"),
-        ({"origin": "[0, 0, -nan]"}, "origin has a yaw that is '-nan', expected a finite number"),
-        ({"origin": "[0, x, 0]"}, "origin has a y that is 'x', expected a number"),
-        ({"origin": "0 0 0"}, "origin is '0 0 0', expected exactly three numbers [x_m, y_m, yaw_rad]"),
-        ({"negate": "2.5"}, "negate is 2.5, expected 0 or 1"),
-        ({"free_thresh": ".inf"}, "free_thresh is inf, expected a finite number"),
-        ({"occupied_thresh": "[1]"}, "occupied_thresh is a list, expected a number"),
-        ({"mode": "ternary"}, "mode is 'ternary', expected trinary, scale or raw"),
-        ({"mode": ""}, "mode is None, expected trinary, scale or raw"),
-        ({"image": '""'}, "image is '', expected the name of an image file"),
-        (
-            {"resolution": "-1", "origin": "[]", "mode": "x", "negate": None},
-            "lacks negate; resolution is -1, expected metres per cell from 1e-05 to 1000; origin is a list of "
-            "0, expected exactly three numbers [x_m, y_m, yaw_rad]; mode is 'x', expected trinary, scale or raw",
-        ),
-    ],
-)
-def test_faulty_yaml(tmp_path: Path, changed: dict[str, str | None], faults: str) -> None:
-    """Every fault of a YAML is told at once, each with its key, its value and what was expected."""
-    write_yaml(tmp_path, **changed)
-
-    assert sentence("map.yaml") == f"map.yaml is not a valid map_server YAML: {faults}; correct the file"
-
-
-@pytest.mark.parametrize(
-    "changed",
-    [
-        {"resolution": "25e-3"},
-        {"resolution": '"0.025"'},
-        {"origin": "[-4e-17, 1e1, 0] # comment"},
-        {"negate": "no"},
-        {"negate": '"0"'},
-        {"image": "map.png # 3 x 1 pixels"},
-        {"unheard_of": "{a: [1]}"},
-    ],
-)
-def test_yaml_as_ros_reads_it(tmp_path: Path, changed: dict[str, str]) -> None:
-    """Numbers that YAML 1.1 takes for text, quotes, comments and unknown keys are no faults."""
-    grid = read_map(write_map(tmp_path, [[0, 205, 254]]))
-    write_yaml(tmp_path, **changed)
-    other = read_map("map.yaml")
-
-    assert other.occupancy.tobytes() == grid.occupancy.tobytes()
-    assert other.resolution_m == (0.025 if "resolution" in changed else 0.05)
-    assert other.origin == (Pose2(-4e-17, 10, 0) if "origin" in changed else Pose2())
 
 
 @pytest.mark.parametrize("named", ["map.png", "../elsewhere/map.png", "/nowhere/on/earth/map.png"])

@@ -10,12 +10,13 @@ from fidmap.maps import read_map
 from fidmap.model import MapFileError
 from real_data import real_data
 
+EMPTY, UNKNOWN_FREE = ["nothing-occupied", "no-unknown"], ["unknown-loads-as-free"]
 READ = {
     # folder / YAML: rows, columns, cells free, unknown, occupied, findings
-    "2sungryul+turtlebot3_navigation2/map/map.yaml": (162, 188, 28323, 0, 2133, ["unknown-loads-as-free"]),
-    "CIFASIS+weed_robot_navigation/maps/empty.yaml": (1200, 1200, 1440000, 0, 0, ["nothing-occupied", "no-unknown"]),
-    "CNURobotics+chris_world_models/maps/creech_map.yaml": (240, 240, 54986, 0, 2614, ["unknown-loads-as-free"]),
-    "FedericoCalzoni+AMR-tiago/maps/map.yaml": (119, 118, 12745, 0, 1297, ["unknown-loads-as-free"]),
+    "2sungryul+turtlebot3_navigation2/map/map.yaml": (162, 188, 28323, 0, 2133, UNKNOWN_FREE),
+    "CIFASIS+weed_robot_navigation/maps/empty.yaml": (1200, 1200, 1440000, 0, 0, EMPTY),
+    "CNURobotics+chris_world_models/maps/creech_map.yaml": (240, 240, 54986, 0, 2614, UNKNOWN_FREE),
+    "FedericoCalzoni+AMR-tiago/maps/map.yaml": (119, 118, 12745, 0, 1297, UNKNOWN_FREE),
     "ros-navigation+navigation2/nav2_bringup/maps/depot_speed.yaml": (307, 604, 123746, 57947, 3735, []),
     "ros-navigation+navigation2/nav2_map_server/test/testmap.yaml": (
         10, 10, 71, 0, 29, ["no-unknown", "yaw-ignored-by-ros"],
@@ -27,7 +28,9 @@ READ = {
         12, 12, 88, 0, 56, ["no-unknown", "yaw-ignored-by-ros"],
     ),
     "turtlebot+turtlebot_simulator/turtlebot_stdr/maps/frieburg.yaml": (898, 1000, 271585, 609834, 16581, []),
-    "tuw-robotics+tuw_multi_robot/tuw_multi_robot_demo/cfg/maps/test04/map.yaml": (500, 500, 20090, 218050, 11860, []),
+    "tuw-robotics+tuw_multi_robot/tuw_multi_robot_demo/cfg/maps/test04/map.yaml": (
+        500, 500, 20090, 218050, 11860, [],
+    ),
 }  # fmt: skip
 IMAGE_MISSING = {
     "CNURobotics+chris_world_models/maps/jackal_race.yaml": "jackal_race.pgm",
@@ -59,8 +62,8 @@ def test_odd_map_without_its_image(name: str) -> None:
         read_map(path)
 
     assert str(caught.value) == (
-        f"{path} names the image {IMAGE_MISSING[name]}, which does not exist; expected it at that path (seen from "
-        "the YAML's folder), so put it there or correct `image:`"
+        f"{path} names the image {IMAGE_MISSING[name]}, which does not exist; expected it at that path "
+        "(seen from the YAML's folder), so put it there or correct `image:`"
     )
 
 

@@ -43,10 +43,17 @@ def read_map(
     name = os.fspath(path)
     overrides = Overrides(resolution_m, origin, free_thresh, occupied_thresh)
     overrides.check(name)
-    file = Path(name)
+    try:
+        return _read(Path(name), name, overrides)
+    except MemoryError:
+        raise fault(name, "does not fit into memory; crop it or save it with larger cells") from None
+
+
+def _read(file: Path, name: str, overrides: Overrides) -> Grid:
+    """Tell the formats apart by the first bytes."""
     if not images.is_image(read_bytes(file, name, 16)):
         return map_server.read(file, name, overrides)
-    if resolution_m is None and (own := map_server.own_yaml(file, name)) is not None:
+    if overrides.resolution_m is None and (own := map_server.own_yaml(file, name)) is not None:
         text = (
             f"{printable(file.name)} was read through {printable(own.name)} beside it, with its scale, "
             "origin and thresholds; --resolution reads the image alone"

@@ -92,7 +92,8 @@ def load(data: bytes, subject: object) -> dict[str, Any]:
         document = yaml.safe_load(data)
     except yaml.MarkedYAMLError as error:
         where = f" in line {error.problem_mark.line + 1}" if error.problem_mark else ""
-        raise fault(subject, f"is not valid YAML{where} ({error.problem}); correct that line") from None
+        problem = printable(error.problem, 150)
+        raise fault(subject, f"is not valid YAML{where} ({problem}); correct that line") from None
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError):
         raise fault(subject, f"is neither a map_server YAML nor an image; expected {READABLE}") from None
     return _mapping(document, subject)

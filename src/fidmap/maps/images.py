@@ -49,15 +49,12 @@ def decode(data: bytes, subject: object) -> Raster:
     Raises:
         MapFileError: not an image read here, broken, truncated, or beyond the bound on cells.
     """
-    try:
-        if netpbm.is_netpbm(data):
-            samples = netpbm.decode(data, subject)
-            return Raster(_luma(samples) if samples.ndim == 3 else samples.astype(np.uint8, copy=False))
-        for magic, (name, decoder) in _DECODERS.items():
-            if data.startswith(magic):
-                return _raster(_load(data, name, decoder, subject))
-    except MemoryError:
-        raise fault(subject, "does not fit into memory; crop it or save it with larger cells") from None
+    if netpbm.is_netpbm(data):
+        samples = netpbm.decode(data, subject)
+        return Raster(_luma(samples) if samples.ndim == 3 else samples.astype(np.uint8, copy=False))
+    for magic, (name, decoder) in _DECODERS.items():
+        if data.startswith(magic):
+            return _raster(_load(data, name, decoder, subject))
     if data.startswith(b"version https://git-lfs"):
         raise fault(subject, "is a Git LFS pointer, not the image itself; fetch it with `git lfs pull`")
     raise fault(subject, "is not a PGM, PNG, BMP or JPEG image; save the map in one of these formats")

@@ -84,12 +84,12 @@ def own_yaml(image_path: Path, name: str) -> Path | None:
         twin = image_path.with_suffix(suffix)
         if twin != image_path and _names(twin, image_path):
             return twin
-    others = (p for p in image_path.parent.iterdir() if p.suffix.lower() in {".yaml", ".yml"})
-    naming = [
-        other
-        for other, _ in zip(sorted(others), range(MAX_YAMLS_ASKED), strict=False)
-        if _names(other, image_path)
-    ]
+    try:
+        others = [p for p in image_path.parent.iterdir() if p.suffix.lower() in {".yaml", ".yml"}]
+    except OSError:
+        # A folder that may be entered but not listed: nothing beside the image can be found.
+        return None
+    naming = [other for other in sorted(others)[:MAX_YAMLS_ASKED] if _names(other, image_path)]
     if len(naming) > 1:
         listed = " and ".join(printable(yaml_path.name) for yaml_path in naming[:5])
         raise fault(name, f"is named by {listed}; expected one: give the YAML that is meant, or --resolution")

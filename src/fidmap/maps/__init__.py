@@ -1,0 +1,85 @@
+"""Maps from files: whatever a robot saved becomes a `Grid`.
+
+The format is recognised by content; docs/formats.md says exactly what is read.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from pathlib import Path
+
+from fidmap.maps import images, map_server
+from fidmap.maps.cells import Meaning, code_table, to_grid
+from fidmap.maps.files import MAX_IMAGE_BYTES, fault, printable, read_bytes
+from fidmap.maps.oddities import oddities
+from fidmap.maps.overrides import Overrides
+from fidmap.model import Finding, Grid, Pose2, Source
+
+__all__ = ["read_map"]
+
+
+def read_map(
+    path: str | os.PathLike[str],
+    *,
+    resolution_m: float | None = None,
+    origin: Pose2 | None = None,
+    free_thresh: float | None = None,
+    occupied_thresh: float | None = None,
+) -> Grid:
+    """Read a map_server YAML with its image, or a plain image.
+
+    Args:
+        path: the YAML or the image. An image whose YAML lies beside it is read through that YAML unless a
+            resolution is given.
+        resolution_m: side of a cell in metres; a plain image needs it, a YAML's value gives way to it.
+        origin: pose of the lower-left corner of the lower-left cell; (0, 0, 0) for a plain image.
+        free_thresh: occupancy up to which a cell is free; 0.196 for a plain image.
+        occupied_thresh: occupancy from which a cell is occupied; 0.65 for a plain image.
+
+    Raises:
+        MapFileError: one sentence that names the file, what is wrong, what was expected and what to do.
+    """
+    name = os.fspath(path)
+    overrides = Overrides(resolution_m, origin, free_thresh, occupied_thresh)
+    overrides.check(name)
+    try:
+        return _read(Path(name), name, overrides)
+    except MemoryError:
+        raise fault(name, "does not fit into memory; crop it or save it with larger cells") from None
+
+
+def _read(file: Path, name: str, overrides: Overrides) -> Grid:
+    """Tell the formats apart by the first bytes."""
+    if not images.is_image(read_bytes(file, name, 16)):
+        return map_server.read(file, name, overrides)
+    if overrides.resolution_m is None and (own := map_server.own_yaml(file, name)) is not None:
+        text = (
+            f"{printable(file.name)} was read through {printable(own.name)} beside it, with its scale, "
+            "origin and thresholds; --resolution reads the image alone"
+        )
+        note = Finding("note", "image-uses-yaml", text, "--resolution M_PER_CELL")
+        return map_server.read(own, name, overrides, (note,))
+    return _read_plain(file, name, overrides)
+
+
+def _read_plain(file: Path, name: str, overrides: Overrides) -> Grid:
+    """An image without a YAML: white is free, black is occupied, thresholds as ROS map savers write them."""
+    if overrides.resolution_m is None:
+        raise fault(
+            name,
+            "is an image without a YAML beside it that names it; give its scale with --resolution M_PER_CELL",
+        )
+    plain = Meaning(overrides.resolution_m)
+    meaning = Meaning(
+        overrides.resolution_m,
+        overrides.origin or plain.origin,
+        False,
+        plain.free_thresh if overrides.free_thresh is None else overrides.free_thresh,
+        plain.occupied_thresh if overrides.occupied_thresh is None else overrides.occupied_thresh,
+    )
+    data = read_bytes(file, name, MAX_IMAGE_BYTES, "an image")
+    raster = images.decode(data, name)
+    table = code_table(meaning)
+    source = Source(name, hashlib.sha256(data).hexdigest(), "image", oddities(raster, meaning, table))
+    return to_grid(raster, meaning, table, source)

@@ -1,0 +1,143 @@
+"""Image files as grey values, the way nav2_map_server sees them; the only place that knows pixels.
+
+Pillow decodes PNG, BMP and JPEG (OpenCV's imread misreads some PGM files). The decoders are
+called directly, not by `Image.open`: only the formats named here, by content, under our own bound on size.
+"""
+
+from __future__ import annotations
+
+import io
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from PIL import BmpImagePlugin, ImageFile, JpegImagePlugin, PngImagePlugin
+
+from fidmap.maps import netpbm
+from fidmap.maps.files import check_size, fault
+from fidmap.maps.tables import look_up
+from fidmap.model import MapFileError
+
+Bytes = npt.NDArray[np.uint8]
+
+_DECODERS: dict[bytes, tuple[str, type[ImageFile.ImageFile]]] = {
+    b"\x89PNG\r\n\x1a\n": ("PNG", PngImagePlugin.PngImageFile),
+    b"\xff\xd8\xff": ("JPEG", JpegImagePlugin.JpegImageFile),
+    b"BM": ("BMP", BmpImagePlugin.BmpImageFile),
+}
+_BLOCK_ROWS = 64
+
+
+@dataclass(frozen=True, eq=False)
+class Raster:
+    """A decoded image, row 0 at the top: grey (H, W) uint8, and where it is not opaque (None: nowhere)."""
+
+    grey: Bytes
+    transparent: npt.NDArray[np.bool_] | None = None
+
+
+def is_image(data: bytes) -> bool:
+    """Whether the content starts like a format read here; a file's suffix says nothing."""
+    return netpbm.is_netpbm(data) or any(data.startswith(magic) for magic in _DECODERS)
+
+
+def decode(data: bytes, subject: object) -> Raster:
+    """Decode an image to grey values: 16 bit floor(v / 257), colour floor(0.299 R + 0.587 G + 0.114 B).
+
+    Raises:
+        MapFileError: not an image read here, broken, truncated, or beyond the bound on cells.
+    """
+    if netpbm.is_netpbm(data):
+        samples = netpbm.decode(data, subject)
+        return Raster(_luma(samples) if samples.ndim == 3 else samples.astype(np.uint8, copy=False))
+    for magic, (name, decoder) in _DECODERS.items():
+        if data.startswith(magic):
+            return _raster(_load(data, name, decoder, subject))
+    if data.startswith(b"version https://git-lfs"):
+        raise fault(subject, "is a Git LFS pointer, not the image itself; fetch it with `git lfs pull`")
+    raise fault(subject, "is not a PGM, PNG, BMP or JPEG image; save the map in one of these formats")
+
+
+def _load(data: bytes, name: str, decoder: type[ImageFile.ImageFile], subject: object) -> ImageFile.ImageFile:
+    """Decode with Pillow; whatever a broken file makes it raise or warn of becomes one sentence."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            image = decoder(io.BytesIO(data))
+            check_size(*image.size, subject)
+            # Pillow forgets how many bits a grey PNG had, while its transparent grey is given in those bits.
+            image.info["fidmap_bits"] = {"L;2": 2, "L;4": 4}.get(_raw_mode(image), 8)
+            image.load()
+    except (MapFileError, MemoryError):
+        raise
+    # A decoder fed with hostile bytes raises nearly anything: OSError, SyntaxError, struct.error, IndexError.
+    except Exception:
+        raise fault(
+            subject,
+            f"is a broken or truncated {name} image; expected a whole one, so copy or save the map again",
+        ) from None
+    return image
+
+
+def _raw_mode(image: ImageFile.ImageFile) -> str:
+    """The layout of the file's samples, as Pillow names it."""
+    arguments: Any = image.tile[0].args if image.tile else ""
+    return arguments if isinstance(arguments, str) else str((*(arguments or ("",)),)[0])
+
+
+def _raster(image: ImageFile.ImageFile) -> Raster:
+    """Grey values and transparency of a loaded image, whatever its mode."""
+    mode, clear = image.mode, image.info.get("transparency")
+    if mode == "P":
+        return _palette(image, clear)
+    if mode in {"LA", "RGBA"}:
+        channels = np.asarray(image)
+        grey = np.ascontiguousarray(channels[..., 0]) if mode == "LA" else _luma(channels[..., :3])
+        transparent = channels[..., -1] < 255
+        return Raster(grey, transparent if transparent.any() else None)
+    if mode == "I;16":
+        wide = np.asarray(image)
+        narrow = look_up((np.arange(65536) // 257).astype(np.uint8), wide)
+        return Raster(narrow, None if clear is None else wide == clear)
+    if mode in {"L", "1"}:
+        grey = np.asarray(image.convert("L"))
+        unit = 255 // (2 ** image.info["fidmap_bits"] - 1)
+        return Raster(grey, None if clear is None else grey == clear * (unit if mode == "L" else 1))
+    colour = np.asarray(image if mode == "RGB" else image.convert("RGB"))
+    return Raster(_luma(colour), None if clear is None else (colour == np.asarray(clear)).all(axis=-1))
+
+
+def _palette(image: ImageFile.ImageFile, clear: int | bytes | None) -> Raster:
+    """A palette image through a table of 256 greys, never through a colour copy of the map."""
+    colours = np.zeros((1, 256, 3), np.uint8)
+    entries = np.frombuffer(bytes(image.getpalette("RGB") or []), np.uint8).reshape(1, -1, 3)[:, :256]
+    colours[:, : entries.shape[1]] = entries
+    index = np.asarray(image)
+    grey = look_up(_luma(colours)[0], index)
+    if clear is None:
+        return Raster(grey)
+    hidden = np.zeros(256, bool)
+    if isinstance(clear, int):
+        hidden[clear] = True
+    else:
+        alpha = np.frombuffer(clear, np.uint8)[:256]
+        hidden[: len(alpha)] = alpha < 255
+    transparent = look_up(hidden, index)
+    return Raster(grey, transparent if transparent.any() else None)
+
+
+def _luma(colour: netpbm.Samples) -> Bytes:
+    """floor(0.299 R + 0.587 G + 0.114 B) of (H, W, 3), in integers: floats would turn a grey g into g - 1.
+
+    16-bit samples are reduced after the sum, as GraphicsMagick does for nav2_map_server.
+    """
+    grey = np.empty(colour.shape[:2], np.uint8)
+    divisor = np.uint32(257_000 if colour.dtype == np.uint16 else 1000)
+    for top in range(0, len(colour), _BLOCK_ROWS):
+        block = colour[top : top + _BLOCK_ROWS].astype(np.uint32)
+        grey[top : top + _BLOCK_ROWS] = (
+            block[..., 0] * np.uint32(299) + block[..., 1] * np.uint32(587) + block[..., 2] * np.uint32(114)
+        ) // divisor
+    return grey

@@ -1,0 +1,110 @@
+"""The ROS map_server format: a YAML file that names an image and says how to read it.
+
+Flavour: nav2_map_server, `map_io.cpp` (navigation2 main, a3a97043); see docs/formats.md for every decision.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path, PureWindowsPath
+
+from fidmap.maps import images
+from fidmap.maps.cells import code_table, to_grid
+from fidmap.maps.description import MAX_YAML_BYTES, Description, load, parse
+from fidmap.maps.files import MAX_IMAGE_BYTES, exists, fault, printable, read_bytes
+from fidmap.maps.oddities import oddities, yaw_ignored
+from fidmap.maps.overrides import Overrides
+from fidmap.model import Finding, Grid, MapFileError, Source
+
+MAX_YAMLS_ASKED = 1000
+
+
+def read(path: Path, name: str, overrides: Overrides, noticed: tuple[Finding, ...] = ()) -> Grid:
+    """Read a YAML file and its image.
+
+    Args:
+        path: the YAML file.
+        name: what the user named, kept in the grid's source; the image's path when that led here.
+        overrides: what the user says over the file.
+        noticed: findings made on the way here.
+
+    Raises:
+        MapFileError: one sentence with everything that is wrong with the YAML, or with its image.
+    """
+    data = read_bytes(path, path, MAX_YAML_BYTES, "an image or a YAML")
+    description = parse(data, path, overrides)
+    image_path, foreign = locate_image(description, path)
+    subject = f"{printable(path)}: its image {printable(description.image)}"
+    image = read_bytes(image_path, subject, MAX_IMAGE_BYTES, "an image")
+    raster = images.decode(image, subject)
+    digest = hashlib.sha256(data)
+    digest.update(image)
+    del image
+    table = code_table(description.meaning)
+    findings = (*noticed, *foreign, *oddities(raster, description.meaning, table))
+    if overrides.origin is None:
+        findings += yaw_ignored(description.meaning.origin)
+    source = Source(name, digest.hexdigest(), "map_server", findings)
+    return to_grid(raster, description.meaning, table, source)
+
+
+def locate_image(description: Description, yaml_path: Path) -> tuple[Path, tuple[Finding, ...]]:
+    """Find the image: relative to the YAML's folder, absolute where it exists, else its base name beside it.
+
+    Raises:
+        MapFileError: no such image.
+    """
+    named = description.image
+    path = yaml_path.parent / named
+    if exists(path):
+        return path, ()
+    # PureWindowsPath knows both kinds of separators and drives.
+    foreign = PureWindowsPath(named)
+    beside = yaml_path.parent / foreign.name
+    if (foreign.root or foreign.drive) and foreign.name and exists(beside):
+        text = (
+            f"the YAML names the image {printable(named)}, which is not on this machine: "
+            f"{printable(foreign.name)} beside the YAML was scored in its place; is it the same map?"
+        )
+        return beside, (Finding("warning", "foreign-image-path", text),)
+    raise fault(
+        yaml_path,
+        f"names the image {printable(named)}, which does not exist; expected it at that path (seen from the "
+        "YAML's folder), so put it there or correct `image:`",
+    )
+
+
+def own_yaml(image_path: Path, name: str) -> Path | None:
+    """The YAML beside an image that names it: the one with the same stem first, else the only other one.
+
+    Raises:
+        MapFileError: several name it, so it is not known which one is meant.
+    """
+    for suffix in (".yaml", ".yml"):
+        twin = image_path.with_suffix(suffix)
+        if twin != image_path and _names(twin, image_path):
+            return twin
+    try:
+        others = [p for p in image_path.parent.iterdir() if p.suffix.lower() in {".yaml", ".yml"}]
+    except OSError:
+        # A folder that may be entered but not listed: nothing beside the image can be found.
+        return None
+    naming = [other for other in sorted(others)[:MAX_YAMLS_ASKED] if _names(other, image_path)]
+    if len(naming) > 1:
+        listed = " and ".join(printable(yaml_path.name) for yaml_path in naming[:5])
+        raise fault(name, f"is named by {listed}; expected one: give the YAML that is meant, or --resolution")
+    return naming[0] if naming else None
+
+
+def _names(yaml_path: Path, image_path: Path) -> bool:
+    """Whether a file is YAML whose `image:` leads to this image; files that cannot be read do not."""
+    try:
+        if not yaml_path.is_file() or yaml_path.stat().st_size > MAX_YAML_BYTES:
+            return False
+        data = yaml_path.read_bytes()
+        if image_path.name.encode() not in data:
+            return False
+        named = load(data, yaml_path).get("image")
+        return isinstance(named, str) and (yaml_path.parent / named).samefile(image_path)
+    except (OSError, ValueError, MapFileError):
+        return False

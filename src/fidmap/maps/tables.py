@@ -1,0 +1,30 @@
+"""Lookup tables over whole maps, block by block: numpy would make all indices 64-bit integers at once."""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+Entry = TypeVar("Entry", bound=np.generic)
+
+_BLOCK_ROWS = 64
+
+
+def look_up(table: npt.NDArray[Entry], codes: npt.NDArray[np.unsignedinteger[Any]]) -> npt.NDArray[Entry]:
+    """table[codes] for codes (H, W) or (H, W, C), C-contiguous; larger codes count as the last entry."""
+    out: npt.NDArray[Entry] = np.empty(codes.shape, table.dtype)
+    for top in range(0, len(codes), _BLOCK_ROWS):
+        table.take(codes[top : top + _BLOCK_ROWS], out=out[top : top + _BLOCK_ROWS], mode="clip")
+    return out
+
+
+def histogram(codes: npt.NDArray[np.uint8], left_out: npt.NDArray[np.bool_] | None) -> npt.NDArray[np.int64]:
+    """How often each of the 256 codes occurs in (H, W), without the cells left out."""
+    counts = np.zeros(256, np.int64)
+    for top in range(0, len(codes), _BLOCK_ROWS):
+        block = codes[top : top + _BLOCK_ROWS]
+        seen = block if left_out is None else block[~left_out[top : top + _BLOCK_ROWS]]
+        counts += np.bincount(seen.ravel(), minlength=256)
+    return counts

@@ -1,7 +1,8 @@
 """Faults between the values of an arena file: ids, positions, groups and their classes.
 
-They are looked for in the document as written, not in the validated models, so that one wrong
-number elsewhere does not hide them: all faults of a file are told at once. What is wrong for itself is left to the schema.
+They are looked for in the document as written, not in the validated models, so that one wrong number
+elsewhere does not hide them: all faults of a file are told at once. What is wrong for itself is left to the
+schema.
 """
 
 from __future__ import annotations

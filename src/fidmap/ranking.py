@@ -62,7 +62,7 @@ class Agreement:
 def ranks(values: Sequence[float | None], tie_within: float = TIE_WITHIN) -> tuple[Rank | None, ...]:
     """Rank values, higher is better; a value that is not computable has no rank.
 
-    Values are sorted; neighbours at most `tie_within` apart share a rank, chained: 60, 60.4, 60.8 are one tie.
+    Values are sorted; neighbours at most `tie_within` apart share a rank, chained (60, 60.4, 60.8: one tie).
 
     Args:
         values: one per map, in the unit of `tie_within` (percent by default), None where not computable.
@@ -96,7 +96,7 @@ def agreement(ours: Sequence[Rank | None], theirs: Sequence[Rank | None], seed: 
     """Spearman's rho and Kendall's tau-b of two rankings of the same maps, each with a permutation p-value.
 
     The p-value is the share of permutations of one ranking whose |correlation| is at least the one found: all
-    n! of them up to n = 8; else 10,000 seeded draws, the one found counted among them (Phipson and Smyth 2010).
+    n! of them up to n = 8; else 10,000 seeded draws, the one found counted among them (Phipson, Smyth 2010).
     Over 200 maps, where draws cost much and tell little, scipy's approximations for large n take their place.
 
     Args:

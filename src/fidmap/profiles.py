@@ -15,7 +15,7 @@ from fidmap.angles import degrees_of
 from fidmap.file_schema import FileModel, Length, PositiveLength, Version, Word, faults_of
 from fidmap.model import CONTINUOUS, SSRR2011, Rounding, Settings, SettingsError
 from fidmap.text_file import FilePath, one_sentence, quoted
-from fidmap.yaml_file import load_yaml
+from fidmap.yaml_file import WrittenFloat, load_yaml
 
 PRESETS = {preset.profile: preset for preset in (CONTINUOUS, SSRR2011)}
 
@@ -28,7 +28,9 @@ def _opening_share(value: object) -> object:
             raise PydanticCustomError(
                 "share", f"must be a number or a fraction like 2/3, not {quoted(value)}"
             )
-        return int(fraction[1]) / int(fraction[2])
+        share = WrittenFloat(int(fraction[1]) / int(fraction[2]))
+        share.written = value
+        return share
     return value
 
 

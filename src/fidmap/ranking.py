@@ -159,8 +159,9 @@ def _kendall(x: FloatArray, y: FloatArray, order: Orders) -> Correlation:
     sign_x, sign_y = (np.sign(np.subtract.outer(v, v)) for v in (x, y))
     norm = math.sqrt(float((sign_x**2).sum()) * float((sign_y**2).sum()))
     value = float((sign_x * sign_y).sum()) / norm
-    permuted = np.array([np.vdot(sign_x, sign_y[np.ix_(one, one)]) for one in order]) / norm
-    return _correlation(value, permuted, len(x))
+    batches = np.array_split(order, max(1, order.size * len(x) // 1_000_000))
+    permuted = [np.tensordot(sign_y[one[:, :, None], one[:, None, :]], sign_x, 2) for one in batches]
+    return _correlation(value, np.concatenate(permuted) / norm, len(x))
 
 
 def _large(x: FloatArray, y: FloatArray) -> Agreement:

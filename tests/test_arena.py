@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import time
 from pathlib import Path
 
 import pytest
@@ -336,3 +337,13 @@ def test_every_real_arena_file_is_read() -> None:
         "tb3_world": (9, 0, "relative"),
     }
     assert all(arena.has_positions for arena in found.values())
+
+
+def test_a_large_arena_is_read_quickly(tmp_path: Path) -> None:
+    """Ten thousand parts and five thousand groups, in seconds and not in minutes."""
+    parts = [{"id": str(i), "x_m": i, "y_m": 0, "facing_deg": 90} for i in range(10_000)]
+    groups = [{"id": str(i), "parts": [str(2 * i), str(2 * i + 1)], "class": "short"} for i in range(5_000)]
+    document = {"fidmap_arena": 1, "name": "large", "radius_m": 0.3, "parts": parts, "groups": groups}
+    start = time.process_time()
+    assert len(read(tmp_path, json.dumps(document)).groups) == 5_000
+    assert time.process_time() - start < 10

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from random import Random
 
 import numpy as np
 import pytest
@@ -110,10 +111,10 @@ def test_average_ranks_as_scipy(values: list[int]) -> None:
 
 @settings(derandomize=True, max_examples=100)
 @given(st.lists(st.none() | st.floats(0, 100)), st.floats(0, 5), st.randoms(use_true_random=False))
-def test_order_of_input_does_not_matter(values: list[float | None], tie: float, random: object) -> None:
+def test_order_of_input_does_not_matter(values: list[float | None], tie: float, random: Random) -> None:
     """A map keeps its rank wherever it stands, and every place is given once."""
     order = list(range(len(values)))
-    random.shuffle(order)  # type: ignore[attr-defined]
+    random.shuffle(order)
     found = ranks(values, tie)
     assert ranks([values[i] for i in order], tie) == tuple(found[i] for i in order)
     given_ranks = [rank for rank in found if rank]

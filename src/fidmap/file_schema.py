@@ -18,14 +18,7 @@ WORD_MAX = 200
 class FileModel(BaseModel):
     """A piece of a file: no unknown keys, no conversions, no NaN or infinity, frozen."""
 
-    model_config = ConfigDict(
-        strict=True,
-        extra="forbid",
-        frozen=True,
-        allow_inf_nan=False,
-        regex_engine="python-re",
-        populate_by_name=False,
-    )
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 def word_of(value: object) -> str | None:

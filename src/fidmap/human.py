@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -13,7 +14,7 @@ from fidmap.model import ATTRIBUTES, HumanFileError
 from fidmap.ranking import TIE_WITHIN, Rank, ranks
 from fidmap.text_file import FilePath, one_sentence, quoted
 
-JUDGED = ("coverage", "relative_accuracy", "consistency", "global_accuracy", "resolution_quality", "overall")
+JUDGED = (*ATTRIBUTES, "overall")
 _RANGE = re.compile(r"(\d{1,6})\s*[-\u2013]\s*(\d{1,6})", re.ASCII)
 
 
@@ -127,7 +128,7 @@ def _column(name: str, cells: Sequence[str], decimal_comma: bool) -> tuple[Colum
 
 def _is_ranking(judged: Sequence[float]) -> bool:
     """Whether sorted whole numbers are places: each is the place of its first holder (1 2 2 4)."""
-    return all(value == judged.index(value) + 1 for value in judged)
+    return all(value == bisect_left(judged, value) + 1 for value in judged)
 
 
 def _shared(values: Sequence[float | None]) -> tuple[Rank | None, ...]:
@@ -151,6 +152,3 @@ def _ranked(name: str, cells: Sequence[str], decimal_comma: bool) -> tuple[Colum
             if cell:
                 faults.append(f"column {name}: {quoted(cell)} is no rank from 1 to {len(cells)}")
     return Column("ranks", shared=tuple(shared)), faults
-
-
-assert set(JUDGED) == {*ATTRIBUTES, "overall"}

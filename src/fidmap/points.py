@@ -12,7 +12,7 @@ from os import fspath
 from fidmap.angles import degrees_text, radians_of_text
 from fidmap.csv_file import Row, Table, number, read_table, twice
 from fidmap.model import Arena, BarrelPart, PointsFileError
-from fidmap.text_file import FilePath, one_sentence, quoted
+from fidmap.text_file import FAULTS_SHOWN, FilePath, one_sentence, quoted
 
 NO_PART = "-"
 COLUMNS = ("n", "x_m", "y_m", "facing_deg", "drawn_deg", "sigma_m", "confidence", "part", "id")
@@ -29,7 +29,7 @@ _N_MAX = 10**9
 
 
 def read_points(path: FilePath) -> tuple[BarrelPart, ...]:
-    """Read a points file (INTERFACE: `x_m,y_m` and any of the other `COLUMNS`), in the map's frame.
+    """Read a points file (`x_m,y_m` and any of the other `COLUMNS`), in the map's frame.
 
     An empty `n` is numbered on after the largest given, in the order of the file. An empty `facing_deg` is no
     facing, an empty `drawn_deg` half a circle for parts with a facing and a whole one for others, an empty
@@ -126,10 +126,11 @@ def check_ids(parts: Sequence[BarrelPart], arena: Arena, path: FilePath) -> None
         PointsFileError: all unknown ids in one sentence, each with its `n` and the nearest known id.
     """
     known = {part.id for part in arena.parts} | {NO_PART}
-    faults = []
+    faults: list[str] = []
     for part in parts:
         if part.fixed_id is not None and part.fixed_id not in known:
-            close = difflib.get_close_matches(part.fixed_id, sorted(known), n=1)
+            shown = len(faults) < FAULTS_SHOWN  # looking for the nearest id is slow, and not all are shown
+            close = difflib.get_close_matches(part.fixed_id, sorted(known), n=1) if shown else ()
             hint = f" (did you mean {close[0]}?)" if close else ""
             faults.append(f"n {part.n}: id {quoted(part.fixed_id)} is no part of arena '{arena.name}'{hint}")
     if faults:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -112,7 +113,7 @@ def read_profile(name_or_path: FilePath) -> Settings:
     """
     if name_or_path in PRESETS:
         return PRESETS[str(name_or_path)]
-    if not Path(name_or_path).exists():
+    if not os.path.exists(name_or_path):  # noqa: PTH110 - Path.exists raises for a name that is too long
         known = ", ".join(PRESETS)
         raise SettingsError(one_sentence(name_or_path, [f"neither a profile ({known}) nor a file"]))
     document, _ = load_yaml(name_or_path, "a profile file", SettingsError)

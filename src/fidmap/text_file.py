@@ -51,8 +51,8 @@ def one_sentence(path: FilePath, faults: Sequence[str]) -> str:
     shown = list(faults[:FAULTS_SHOWN])
     if len(faults) > FAULTS_SHOWN:
         shown.append(f"and {len(faults) - FAULTS_SHOWN} more")
-    text = " ".join(f"{fspath(path)}: {'; '.join(shown)}".split())
-    return "".join(char if char.isprintable() else "?" for char in text)
+    text = f"{fspath(path)}: {'; '.join(shown)}"
+    return "".join(char if char.isprintable() else " " for char in text)
 
 
 def quoted(value: object, length: int = 40) -> str:

@@ -7,6 +7,7 @@ schema.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import Any, TypeGuard
 
@@ -30,9 +31,11 @@ def cross_faults(document: Row, limit: float | None) -> list[str]:
     parts, groups = _rows(document, "parts"), _rows(document, "groups")
     faults = [*_repeated_ids(document, "parts"), *_repeated_ids(document, "groups")]
     faults += _part_faults(document, parts)
+    by_id = {word_of(row.get("id")): row for row in parts.values()}
     for index, group in groups.items():
         where = place(("groups", index), document)
-        faults += [f"{where}: {fault}" for fault in _group_faults(group, parts, limit)]
+        told = (*_member_faults(group, by_id), *_class_faults(group, limit))
+        faults += [f"{where}: {fault}" for fault in told]
     faults += _twin_groups(document, groups, limit)
     pairs = sum(len(_members(group)) * (len(_members(group)) - 1) // 2 for group in groups.values())
     if pairs > PAIRS_MAX:
@@ -84,19 +87,13 @@ def _members(group: Row) -> list[str]:
     return [word for word in words if word]
 
 
-def _group_faults(group: Row, parts: Mapping[int, Row], limit: float | None) -> Iterator[str]:
-    yield from _member_faults(group, parts)
-    yield from _class_faults(group, limit)
-
-
-def _member_faults(group: Row, parts: Mapping[int, Row]) -> Iterator[str]:
+def _member_faults(group: Row, by_id: Mapping[str | None, Row]) -> Iterator[str]:
     """Unknown and repeated parts, and distances that are given to many or to nobody."""
-    by_id = {word_of(row.get("id")): row for row in parts.values()}
     members = _members(group)
-    for word in dict.fromkeys(members):
+    for word, times in Counter(members).items():
         if word not in by_id:
             yield f"part '{word}' is not in parts"
-        if members.count(word) > 1:
+        if times > 1:
             yield f"part '{word}' is named twice"
     if len(members) > 2 and _has(group, "distance_m"):
         yield f"distance_m is for two parts, not {len(members)}"

@@ -1,4 +1,4 @@
-"""JSON Schemas of what fidmap reads and writes: arena, profile, report (a line of `score`), detect (a line)."""
+"""JSON Schemas of what fidmap reads and writes: arena and profile files, lines of `score` and `detect`."""
 
 from __future__ import annotations
 

@@ -291,6 +291,11 @@ def test_a_group_without_class_and_distance_is_an_error() -> None:
         Group("1", ("a", "b")).resolved_class(6)
 
 
+def test_a_bare_groups_key_is_no_groups(tmp_path: Path) -> None:
+    """It stays when somebody comments out the entries."""
+    assert read(tmp_path, HEAD + PAIR + "groups:\n  # - {id: 1}\n").groups == ()
+
+
 def test_positions_may_be_missing_for_consistency_alone(tmp_path: Path) -> None:
     """Only the thickness of the wall is needed then (SSRR 2011, V)."""
     text = HEAD + "parts: [{id: 1A}, {id: 1B}]\n" + GROUP.replace("long", "long, distance_m: 0.02")

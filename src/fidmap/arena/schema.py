@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from fidmap.file_schema import FileModel, Length, Metres, PositiveLength, Version, Word
 
@@ -37,6 +37,11 @@ class GroupRow(FileModel):
     distance_m: Length | None = Field(None, description="overrides the positions; two parts only")
 
 
+def _none_left(groups: object) -> object:
+    """A bare `groups:`, as it stays when its entries are deleted or commented out."""
+    return [] if groups is None else groups
+
+
 class ArenaFile(FileModel):
     """A whole arena file."""
 
@@ -48,4 +53,4 @@ class ArenaFile(FileModel):
     )
     pallet_m: PositiveLength | None = None
     parts: list[PartRow] = Field(min_length=1, max_length=PARTS_MAX)
-    groups: list[GroupRow] = Field(default_factory=list)
+    groups: Annotated[list[GroupRow], BeforeValidator(_none_left)] = Field(default_factory=list)

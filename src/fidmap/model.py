@@ -216,6 +216,20 @@ class Group:
     walking_pallets: float | None = None
     distance_m: float | None = None
 
+    def resolved_class(self, limit: float) -> str:
+        """The class as named, else by the way a robot must go: over `limit` pallets is long (SSRR 2011, III).
+
+        Raises:
+            ArenaFileError: the group has neither a class nor a walking distance.
+        """
+        if self.named_class is not None:
+            return self.named_class
+        if self.walking_pallets is None:
+            raise ArenaFileError(
+                f"group '{self.id}' has neither a class nor walking_pallets; give one of them"
+            )
+        return LONG if self.walking_pallets > limit else SHORT
+
 
 @dataclass(frozen=True)
 class Arena:

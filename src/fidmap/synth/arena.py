@@ -89,7 +89,11 @@ def make_arena(rng: np.random.Generator, spec: ArenaSpec | None = None) -> Synth
         raise ValueError("an arena needs 2 x 2 pallets or more, and barrels no wider than 0.6 of a pallet")
     voids = _choose_voids(rng, spec)
     maze = random_maze(
-        rng, (spec.rows, spec.columns), void=_void_map(spec, voids), openness=spec.openness, pallet_m=spec.pallet_m
+        rng,
+        (spec.rows, spec.columns),
+        void=_void_map(spec, voids),
+        openness=spec.openness,
+        pallet_m=spec.pallet_m,
     )
     maze, corners = _clear_corners(rng, maze, spec.wholes)
     placer = Placer(maze, spec.wall_m, spec.radius_m)
@@ -200,7 +204,9 @@ def _build(spec: ArenaSpec, maze: PalletMaze, placer: Placer) -> SynthArena:
     arena = Arena(spec.name, spec.radius_m, tuple(parts), tuple(groups), "relative", spec.pallet_m)
     boxes = wall_boxes(maze, spec.wall_m)
     walls = np.concatenate([box_segments(boxes), np.asarray(placer.segments, float).reshape(-1, 4)])
-    return SynthArena(arena, maze, walls, np.asarray(placer.arcs, float).reshape(-1, 5), arc_part, spec.wall_m)
+    return SynthArena(
+        arena, maze, walls, np.asarray(placer.arcs, float).reshape(-1, 5), arc_part, spec.wall_m
+    )
 
 
 def _part(part_id: str, arc: tuple[float, float, float, float, float]) -> FiducialPart:

@@ -53,9 +53,7 @@ class Placer:
 
     def has_room(self, x_m: float, y_m: float, radius_m: float) -> bool:
         """Whether a disc would keep its distance from everything placed so far."""
-        return all(
-            math.hypot(x_m - x, y_m - y) >= radius_m + r + CLEARANCE_M for x, y, r in self._discs
-        )
+        return all(math.hypot(x_m - x, y_m - y) >= radius_m + r + CLEARANCE_M for x, y, r in self._discs)
 
     def block(self, x_m: float, y_m: float, radius_m: float) -> None:
         """Keep later objects out of a disc."""
@@ -166,7 +164,13 @@ def _corner_thing(rng: np.random.Generator, placer: Placer) -> bool:
         if rng.random() < 0.5:
             arc = (*middle, reach, diagonal, math.pi / 2)
         else:
-            arc = (corner[0], corner[1], rng.uniform(0.6, 1.6) * placer.radius_m, diagonal + math.pi, math.pi / 2)
+            arc = (
+                corner[0],
+                corner[1],
+                rng.uniform(0.6, 1.6) * placer.radius_m,
+                diagonal + math.pi,
+                math.pi / 2,
+            )
         placer.arcs.append(arc)
         placer.block(corner[0], corner[1], 0.5 * size)
         return True

@@ -219,9 +219,7 @@ def scan(arena: SynthArena, poses: FloatArray, laser: Laser, rng: np.random.Gene
     return Scans(poses, bearings, ranges.astype(np.float32), parts, laser.max_range_m)
 
 
-def _sweep(
-    arena: SynthArena, poses: FloatArray, laser: Laser, beams: int
-) -> tuple[FloatArray, IntArray]:
+def _sweep(arena: SynthArena, poses: FloatArray, laser: Laser, beams: int) -> tuple[FloatArray, IntArray]:
     """Exact ranges; with skew in sectors, each from where the robot was while it was measured."""
     sectors = 1 if laser.skew == 0 else 9
     size = math.ceil(beams / sectors)

@@ -1,0 +1,83 @@
+"""Where the robot drives: a tour through the open pallets of a maze, smoothed, as true poses of scans."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fidmap.model import FloatArray
+from fidmap.synth.maze import Pallet, PalletMaze, shortest_way, walking_distances
+
+TURN_PER_SCAN = math.radians(25)
+
+
+def tour(maze: PalletMaze, rng: np.random.Generator, explored: float = 1.0) -> list[Pallet]:
+    """Pallets in driving order: always on to the nearest one not yet visited.
+
+    Args:
+        maze: the pallets.
+        rng: chooses where to start.
+        explored: share of the reachable pallets that is visited, those nearest to the start; 0 to 1.
+    """
+    free = np.argwhere(~maze.void)
+    first = free[rng.integers(len(free))]
+    here: Pallet = (int(first[0]), int(first[1]))
+    distances = walking_distances(maze, here)
+    limit = np.sort(distances[distances >= 0])
+    wanted = distances >= 0
+    wanted &= distances <= limit[max(0, min(len(limit), round(explored * len(limit))) - 1)]
+    way = [here]
+    wanted[here] = False
+    while step := shortest_way(maze, here, wanted):
+        way += step
+        here = step[-1]
+        for pallet in step:
+            wanted[pallet] = False
+    return way
+
+
+def trajectory(
+    maze: PalletMaze, rng: np.random.Generator, explored: float = 1.0, spacing_m: float = 0.25
+) -> FloatArray:
+    """True poses of the scans along a smoothed tour.
+
+    Args:
+        maze: the pallets.
+        rng: start and how far off the pallets' centres the robot drives.
+        explored: share of the pallets visited.
+        spacing_m: way between scans; turns on the spot are scanned every 25 degrees.
+
+    Returns:
+        (M, 3) x, y, yaw in the arena's frame.
+    """
+    pallets = np.array(tour(maze, rng, explored), float)
+    points = (pallets[:, ::-1] + 0.5) * maze.pallet_m
+    points = points + np.clip(0.04 * rng.standard_normal(points.shape), -0.06, 0.06)
+    for _ in range(2):
+        points = _corners_cut(points)
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    at = np.linspace(0, along[-1], max(2, math.ceil(along[-1] / spacing_m) + 1))
+    xy = np.stack([np.interp(at, along, points[:, k]) for k in range(2)], axis=1)
+    if along[-1] == 0:
+        return np.column_stack([xy[:1], [0.0]])
+    ahead = np.gradient(xy, axis=0)
+    yaw = np.unwrap(np.arctan2(ahead[:, 1], ahead[:, 0]))
+    return _turns_filled(np.column_stack([xy, yaw]))
+
+
+def _corners_cut(points: FloatArray) -> FloatArray:
+    """One round of Chaikin's corner cutting on a polyline (N, 2); its ends stay."""
+    a, b = points[:-1], points[1:]
+    cut = np.stack([0.75 * a + 0.25 * b, 0.25 * a + 0.75 * b], axis=1).reshape(-1, 2)
+    return np.concatenate([points[:1], cut, points[-1:]])
+
+
+def _turns_filled(poses: FloatArray) -> FloatArray:
+    """Poses between those where the heading turns by more than one scan's share."""
+    parts = np.ceil(np.abs(np.diff(poses[:, 2])) / TURN_PER_SCAN).astype(np.int64)
+    parts = np.append(np.maximum(parts, 1), 1)
+    index = np.repeat(np.arange(len(poses)), parts)
+    share = (np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)) / np.repeat(parts, parts)
+    step = np.diff(poses, axis=0, append=poses[-1:])
+    return poses[index] + share[:, None] * step[index]

@@ -1,0 +1,195 @@
+"""The truth about every fiducial part of one map: where this map draws it, how much of it, and how often.
+
+No detector is involved: the laser knows which beams hit which part, and the estimated poses say where the map puts
+them. A scan seen from a wrong pose moves all it saw rigidly, so each scan votes for one drawn centre.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from fidmap.grid import metres_to_cells, trinarize
+from fidmap.model import FloatArray, Grid, Label
+from fidmap.synth.arena import SynthArena
+from fidmap.synth.laser import Scans
+
+IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
+SAME_COPY_M = 0.15  # scans whose votes lie farther apart draw the part twice
+BINS = 120  # directions of a whole circle
+COPY_BINS = 10  # a copy of less than 30 degrees is a smear, not an arc
+CLUTTER_M = 0.12  # farther out than a drawn arc is thick: black there is not the arc's
+
+
+@dataclass(frozen=True)
+class PartTruth:
+    """One fiducial part in one map.
+
+    id, x_m, y_m, facing: as in the arena (facing None for a whole barrel). drawn_x_m, drawn_y_m, drawn_facing: in
+    the map's frame, None where no scan saw the part. seen: angle that beams hit, in the main copy. support: angle
+    of these hits at which the map has occupied cells. clutter: angle at which it also has some outside the arc.
+    drawn: 'yes' at support >= 2/3 and support - clutter >= 0.3 of the part's opening, 'partly' at 0.5 and 0.2.
+    copies: other places where the part is drawn, map frame. scans: how many made the main copy.
+    """
+
+    id: str
+    x_m: float
+    y_m: float
+    facing: float | None
+    opening: float
+    drawn_x_m: float | None
+    drawn_y_m: float | None
+    drawn_facing: float | None
+    seen: float
+    support: float
+    clutter: float
+    drawn: Literal["yes", "partly", "no"]
+    copies: tuple[tuple[float, float], ...] = ()
+    scans: int = 0
+
+
+@dataclass(frozen=True)
+class _Copy:
+    """One place where a part is drawn: centre, turn against the arena, directions hit, scans."""
+
+    centre: FloatArray
+    turn: float
+    hit: BoolArray
+    scans: int
+
+
+def part_truths(
+    arena: SynthArena, scans: Scans, poses: FloatArray, grid: Grid | None = None
+) -> tuple[PartTruth, ...]:
+    """The truth about all parts, in the order of `arena.arena.parts`.
+
+    Args:
+        arena: what was seen.
+        scans: with their true poses (M scans).
+        poses: (M, 3) the poses that the map was made with, map frame.
+        grid: the map; without it support is `seen` and clutter 0.
+    """
+    scan, beam = np.nonzero(scans.parts >= 0)
+    part = scans.parts[scan, beam]
+    order = np.argsort(part, kind="stable")
+    scan, beam = scan[order], beam[order]
+    bounds = np.searchsorted(part[order], np.arange(len(arena.arena.parts) + 1))
+    occupied = None if grid is None else trinarize(grid).labels == Label.OCCUPIED
+    truths = []
+    for index in range(len(arena.arena.parts)):
+        mine = slice(bounds[index], bounds[index + 1])
+        arc = arena.arcs[np.nonzero(arena.arc_part == index)[0][0]]
+        copies = _copies(scans, poses, scan[mine], beam[mine], arc)
+        truths.append(_truth(arena, index, arc, copies, grid, occupied))
+    return tuple(truths)
+
+
+def _copies(scans: Scans, poses: FloatArray, scan: IntArray, beam: IntArray, arc: FloatArray) -> list[_Copy]:
+    """The places where a part is drawn, the most complete first."""
+    true, believed = scans.poses[scan], poses[scan]
+    angle = true[:, 2] + scans.bearings[beam]
+    ranges = scans.ranges[scan, beam]
+    points = true[:, :2] + ranges[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    direction = np.arctan2(*(points - arc[:2]).T[::-1])
+    bins = np.floor((direction / (2 * math.pi) % 1) * BINS).astype(np.int64) % BINS
+    turn = believed[:, 2] - true[:, 2]
+    offset = arc[:2] - true[:, :2]
+    c, s = np.cos(turn), np.sin(turn)
+    votes = believed[:, :2] + np.stack(
+        [c * offset[:, 0] - s * offset[:, 1], s * offset[:, 0] + c * offset[:, 1]], axis=1
+    )
+    copies = []
+    left = np.ones(len(votes), bool)
+    while left.any():
+        inside = _densest(votes, left)
+        copy = _Copy(
+            votes[inside].mean(0),
+            float(np.arctan2(s[inside].mean(), c[inside].mean())),
+            np.bincount(bins[inside], minlength=BINS) > 0,
+            len(np.unique(scan[inside])),
+        )
+        left &= ~inside
+        if not copies or int(copy.hit.sum()) >= COPY_BINS:
+            copies.append(copy)
+    return sorted(copies, key=lambda copy: (-int(copy.hit.sum()), -copy.scans))
+
+
+def _densest(votes: FloatArray, left: BoolArray) -> BoolArray:
+    """Mask of the votes left within reach of where most of them agree (mean shift from the densest vote)."""
+    candidates = votes[left]
+    seeds = np.unique(candidates, axis=0)  # all beams of a scan vote for one place
+    seeds = seeds[:: max(1, len(seeds) // 200)]
+    near = np.hypot(*(seeds[:, None] - candidates[None, :: max(1, len(candidates) // 2000)]).T) < SAME_COPY_M
+    centre = seeds[np.argmax(near.sum(0))]
+    for _ in range(5):
+        inside = left & (np.hypot(*(votes - centre).T) < SAME_COPY_M)
+        centre = votes[inside].mean(0) if inside.any() else centre
+    if not inside.any():
+        inside = left & (votes == candidates[0]).all(1)
+    return inside
+
+
+def _truth(
+    arena: SynthArena,
+    index: int,
+    arc: FloatArray,
+    copies: list[_Copy],
+    grid: Grid | None,
+    occupied: BoolArray | None,
+) -> PartTruth:
+    part = arena.arena.parts[index]
+    x_m, y_m = float(arc[0]), float(arc[1])
+    if not copies:
+        return PartTruth(
+            part.id, x_m, y_m, part.facing, part.opening, None, None, None, 0.0, 0.0, 0.0, "no"
+        )  # fmt: skip
+    main = copies[0]
+    covered = _closed(main.hit)
+    black, dirty = covered, np.zeros(BINS, bool)
+    if grid is not None and occupied is not None:
+        black = covered & _black(grid, occupied, main, float(arc[2]))
+        dirty = covered & _black(grid, occupied, main, float(arc[2]) + CLUTTER_M)
+    seen, support, clutter = (_angle(mask, part.opening) for mask in (covered, black, dirty))
+    return PartTruth(
+        part.id, x_m, y_m, part.facing, part.opening,
+        float(main.centre[0]), float(main.centre[1]),
+        None if part.facing is None else math.remainder(part.facing + main.turn, 2 * math.pi),
+        seen, support, clutter, _drawn(support / part.opening, clutter / part.opening),
+        tuple((float(c.centre[0]), float(c.centre[1])) for c in copies[1:]), main.scans,
+    )  # fmt: skip
+
+
+def _closed(hit: BoolArray) -> BoolArray:
+    """Directions hit, with gaps of one bin closed: beams seen from afar are 3 degrees apart on the arc."""
+    closed: BoolArray = hit | (np.roll(hit, 1) & np.roll(hit, -1))
+    return closed
+
+
+def _angle(mask: BoolArray, opening: float) -> float:
+    """Angle of the marked directions; a half's two outermost bins are cut by the wall, hence the limit."""
+    return min(opening, float(mask.sum()) * 2 * math.pi / BINS)
+
+
+def _black(grid: Grid, occupied: BoolArray, copy: _Copy, radius_m: float) -> BoolArray:
+    """(BINS,) whether the map has an occupied cell within 1.5 cells of the drawn circle, by arena direction."""
+    angle = (np.arange(BINS) + 0.5) * 2 * math.pi / BINS + copy.turn
+    reach = 1.5 * grid.resolution_m
+    found = np.zeros(BINS, bool)
+    for shift in np.linspace(-reach, reach, 7):
+        ring = copy.centre + (radius_m + shift) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        cells = np.floor(metres_to_cells(ring, grid.resolution_m, grid.origin)).astype(np.int64)
+        inside = ((cells >= 0) & (cells < occupied.shape)).all(1)
+        rows, columns = np.where(inside[:, None], cells, 0).T
+        found |= inside & occupied[rows, columns]
+    return found
+
+
+def _drawn(support: float, clutter: float) -> Literal["yes", "partly", "no"]:
+    if support >= 2 / 3 - 1e-9 and support - clutter >= 0.3:
+        return "yes"
+    return "partly" if support >= 0.5 and support - clutter >= 0.2 else "no"

@@ -1,47 +1,86 @@
-"""TrinaryGrid + radius -> barrel parts (SSRR 2011, II-A-3)."""
+"""TrinaryGrid + radius -> barrel parts: all arcs of the known radius, convex towards free space (SSRR 2011, II-A-3).
+
+Free cells that touch an obstacle vote for centres behind them; around each candidate half circles are fitted at the
+fixed radius, the two halves on one wall each by itself; a small network trained on artificial maps says how sure
+each is; what remains is measured in its cells. The detector knows no arena.
+"""
 
 from __future__ import annotations
+
+import math
+
 import numpy as np
-from fidmap.detect.votes import centre_candidates
+
+from fidmap.detect.arcs import hypotheses
+from fidmap.detect.confidence import confidence
+from fidmap.detect.extent import extents, suppress
+from fidmap.detect.measure import Measured, measure
 from fidmap.detect.ring import RingSampler
-from fidmap.detect.arcs import hypotheses, support, windows
+from fidmap.detect.votes import centre_candidates
 from fidmap.grid import cells_to_metres
-from fidmap.model import BarrelPart, TrinaryGrid
+from fidmap.model import BarrelPart, FloatArray, SettingsError, TrinaryGrid
+
+__all__ = ["find_barrel_parts"]
+
+LEAST_CONFIDENCE = 0.05
+LEAST_DRAWN = math.pi / 2
+WHOLE = math.radians(300)
 
 
-def find_barrel_parts(grid, radius_m):
-    R = radius_m / grid.resolution_m
-    c = centre_candidates(grid.labels, R)
-    s = RingSampler(grid.labels, R)
-    a = hypotheses(s, c)
-    w = windows(a.facings, np.radians(85))
-    st = support(a.ring, max(1.3, 0.15 * R))
-    score = (st * w).sum(1) / w.sum(1)
-    parts = np.stack(
-        [
-            (st * windows(a.facings + k, np.radians(22))).sum(1)
-            / windows(a.facings + k, np.radians(22)).sum(1)
-            for k in np.radians([-66, -33, 0, 33, 66])
-        ]
-    )
-    parts.sort(0)
-    score = 0.5 * score + 0.5 * parts[:2].mean(0)
-    w2 = windows(a.facings, np.radians(70))
-    inner = (a.ring.inner * w2).sum(1) / w2.sum(1)
-    outer = (a.ring.outer * w2).sum(1) / w2.sum(1)
-    conf = score * np.clip(1 - 1.0 * inner, 0, 1) * np.clip(0.5 + 0.5 * outer, 0, 1)
-    order = np.argsort(-conf)
-    keep = []
-    for i in order:
-        if all(
-            np.hypot(*(a.centres[i] - a.centres[j])) > R * 0.7
-            or abs((a.facings[i] - a.facings[j] + np.pi) % (2 * np.pi) - np.pi) > np.radians(75)
-            for j in keep
-        ):
-            keep.append(i)
-    keep = [i for i in keep if conf[i] > 0.4]
-    xy = cells_to_metres(a.centres[keep], grid.resolution_m, grid.origin)
+def find_barrel_parts(grid: TrinaryGrid, radius_m: float) -> tuple[BarrelPart, ...]:
+    """All arcs of a radius that are drawn over at least 90 degrees, most confident first, numbered from 1.
+
+    Args:
+        grid: the trinarized map.
+        radius_m: radius of the barrels, metres; at least two cells.
+
+    Returns:
+        Barrel parts in the map's frame: centre to a fraction of a cell, facing (none for arcs of 300 degrees and
+        more), drawn angle, sigma, confidence and radial spread.
+
+    Raises:
+        SettingsError: the radius is not positive, or smaller than two cells.
+    """
+    radius = radius_m / grid.resolution_m
+    if not math.isfinite(radius) or radius < 2:
+        raise SettingsError(
+            f"a radius of {radius_m:g} m is {radius:.2g} cells of {grid.resolution_m:g} m: arcs need at least 2 cells; "
+            "give the radius in metres, or a finer map"
+        )
+    candidates = centre_candidates(grid.labels, radius)
+    sampler = RingSampler(grid.labels, radius)
+    arcs = hypotheses(sampler, candidates)
+    if len(arcs.facings) == 0:
+        return ()
+    sure = confidence(sampler, arcs)
+    order = np.argsort(-sure, kind="stable")
+    order = order[sure[order] >= LEAST_CONFIDENCE]
+    arcs, sure = arcs.take(order), sure[order]
+    facings, reach = extents(sampler, arcs)
+    kept = suppress(arcs.centres, facings, reach, radius)
+    found = measure(grid.labels, arcs.centres[kept], facings[kept], reach[kept], radius, grid.resolution_m)
+    return _barrel_parts(grid, found, sure[kept])
+
+
+def _barrel_parts(grid: TrinaryGrid, found: Measured, sure: FloatArray) -> tuple[BarrelPart, ...]:
+    """Arcs in cells to numbered barrel parts in the map's frame."""
+    places = cells_to_metres(found.centres, grid.resolution_m, grid.origin)
+    enough = [k for k in range(len(sure)) if found.drawn[k] >= LEAST_DRAWN]
     return tuple(
-        BarrelPart(n + 1, x, y, float(a.facings[i] + grid.origin.yaw), np.pi, 0.01, float(conf[i]))
-        for n, (i, (x, y)) in enumerate(zip(keep, xy))
+        BarrelPart(
+            n=n,
+            x_m=float(places[k, 0]),
+            y_m=float(places[k, 1]),
+            facing=None if found.drawn[k] >= WHOLE else _wrapped(float(found.facings[k]) + grid.origin.yaw),
+            drawn=float(found.drawn[k]),
+            sigma_m=float(found.sigma_m[k]),
+            confidence=float(sure[k]),
+            spread_m=float(found.spread_m[k]),
+        )
+        for n, k in enumerate(enough, start=1)
     )
+
+
+def _wrapped(angle: float) -> float:
+    """The same direction in (-pi, pi]."""
+    return math.atan2(math.sin(angle), math.cos(angle))

@@ -36,6 +36,10 @@ class Ring:
     hollow: FloatArray
     outer: FloatArray
 
+    def take(self, index: npt.NDArray[np.intp]) -> Ring:
+        """The rings of these centres."""
+        return Ring(self.edge[index], self.wall[index], self.inner[index], self.hollow[index], self.outer[index])
+
 
 class RingSampler:
     """Looks around centres on one map; keeps the map padded so that no look-up needs a bounds check."""

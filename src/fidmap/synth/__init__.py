@@ -1,1 +1,1 @@
-"""Artificial arenas, laser scans, imperfect poses and maps, seeded, with the truth about every fiducial part."""
+"""Artificial arenas, laser scans, imperfect poses and maps, seeded, with the truth about every part."""

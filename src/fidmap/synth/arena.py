@@ -1,4 +1,4 @@
-"""Artificial arenas: a pallet maze with half barrels, whole barrels and things that look like them but are not.
+"""Artificial arenas: a pallet maze with half barrels, whole barrels and things that look like them.
 
 Everything is in the arena's frame: metres, x right, y up, angles counter-clockwise in radians.
 """
@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fidmap.model import Arena, FiducialPart, FloatArray, Group
-from fidmap.synth.clutter import Placer, add_clutter
+from fidmap.synth.clutter import Placer, Side, add_clutter
 from fidmap.synth.maze import (
     OPPOSITE,
     STEPS,
@@ -23,8 +23,8 @@ from fidmap.synth.maze import (
     hangs_together,
     open_around,
     random_maze,
-    wall_boxes,
     walking_distances,
+    wall_boxes,
 )
 
 LONG_OVER = 6  # pallets: half of the pairs are sought beyond it, so that both classes exist
@@ -34,10 +34,10 @@ LONG_OVER = 6  # pallets: half of the pairs are sought beyond it, so that both c
 class ArenaSpec:
     """What to build.
 
-    columns, rows: size in pallets. pairs: half barrels on both sides of a wall. void_pairs: on both sides of a
-    closed pallet. singles: halves without a partner. wholes: free-standing barrels. clutter: round things of
-    other radii, columns, curved walls, boxes and broad wall ends. wall_m: thickness of walls. openness: share of
-    walls left out of the maze. Where the maze has no room left, fewer objects are placed.
+    columns, rows: size in pallets. pairs: half barrels on both sides of a wall. void_pairs: on both sides of
+    a closed pallet. singles: halves without a partner. wholes: free-standing barrels. clutter: round things
+    of other radii, columns, curved walls, boxes and broad wall ends. wall_m: thickness of walls. openness:
+    share of walls left out of the maze. Where the maze has no room left, fewer objects are placed.
     """
 
     columns: int = 8
@@ -156,7 +156,8 @@ def _place_pairs(rng: np.random.Generator, placer: Placer, count: int) -> None:
     """Pairs on inner walls: long and short ways between the halves in turn, as far as the maze has them."""
     walls = list(_inner_walls(placer.maze))
     order = rng.permutation(len(walls))
-    short, long = [], []
+    short: list[tuple[Side, Side]] = []
+    long: list[tuple[Side, Side]] = []
     for pallet, side in (walls[i] for i in order):
         other = (pallet[0] + STEPS[side][0], pallet[1] + STEPS[side][1])
         way = int(walking_distances(placer.maze, pallet)[other]) if len(long) + len(short) < 4 * count else 0
@@ -190,7 +191,9 @@ def _place_singles(rng: np.random.Generator, placer: Placer, count: int) -> None
 
 def _build(spec: ArenaSpec, maze: PalletMaze, placer: Placer) -> SynthArena:
     """The frozen arena: parts and groups named after the order of placing (1A and 1B are a pair)."""
-    parts, groups, arc_part = [], [], np.full(len(placer.arcs), -1, np.int64)
+    parts: list[FiducialPart] = []
+    groups: list[Group] = []
+    arc_part = np.full(len(placer.arcs), -1, np.int64)
     for number, members in enumerate(placer.objects, start=1):
         ids = [f"{number}{'AB'[k] if len(members) > 1 else ''}" for k in range(len(members))]
         for part_id, arc in zip(ids, members, strict=True):

@@ -59,11 +59,11 @@ class Placer:
         """Keep later objects out of a disc."""
         self._discs.append((x_m, y_m, radius_m))
 
-    def on_wall(self, pallet: Pallet, side: str, shift_m: float, depth_m: float = 0.0) -> tuple[float, float]:
-        """The point on the wall's surface seen from a pallet, `shift_m` along it and `depth_m` into the room."""
+    def on_wall(self, pallet: Pallet, side: str, shift_m: float) -> tuple[float, float]:
+        """The point on the wall's surface seen from a pallet, `shift_m` off its middle."""
         size = self.maze.pallet_m
         dr, dc = STEPS[side]
-        inward = size / 2 - self.wall_m / 2 - depth_m
+        inward = size / 2 - self.wall_m / 2
         x_m = (pallet[1] + 0.5) * size + dc * inward + abs(dr) * shift_m
         y_m = (pallet[0] + 0.5) * size + dr * inward + abs(dc) * shift_m
         return x_m, y_m
@@ -135,7 +135,8 @@ def _half_round(rng: np.random.Generator, placer: Placer) -> bool:
     """A half round of another radius on a wall."""
     radius_m = min(other_radius(rng, placer.radius_m), placer.maze.pallet_m / 2 - 0.12)
     for pallet, side in placer.free_sides(rng):
-        return placer.add_on_wall(pallet, side, rng.uniform(-0.1, 0.1), radius_m)
+        if radius_m < placer.radius_m or len(placer.maze.neighbours(pallet)) > 1:  # dead ends are turned in
+            return placer.add_on_wall(pallet, side, rng.uniform(-0.1, 0.1), radius_m)
     return False
 
 

@@ -1,7 +1,8 @@
 """A 2D laser in an artificial arena: exact ray casting, then the faults of a real sensor.
 
-A fan is a row of beams with even steps from one origin: x, y, direction of the first beam, step. Casting works
-object by object: each covers an interval of beams, so the work grows with what is seen, not beams x objects.
+A fan is a row of beams with even steps from one origin: x, y, direction of the first beam, step. Casting
+works object by object: each covers an interval of beams, so the work grows with what is seen, not beams x
+objects.
 """
 
 from __future__ import annotations
@@ -24,10 +25,11 @@ EDGE_M = 0.15  # neighbouring beams whose ranges differ by more stand on the two
 class Laser:
     """A sensor; the defaults are about those of a Hokuyo UTM-30LX.
 
-    fov, step: field of view and angle between beams. noise_m: deviation of the range. mixed: share of the beams
-    at edges that return something between the two ranges. dropout: share of beams without return. skew: share of
-    the motion between two scans that happens during one sweep. tilt: deviation of roll and pitch; height_m: of
-    the sensor over the floor (beams tilted down end there, and slant ranges are longer than plane ones).
+    fov, step: field of view and angle between beams. noise_m: deviation of the range. mixed: share of the
+    beams at edges that return something between the two ranges. dropout: share of beams without return. skew:
+    share of the motion between two scans that happens during one sweep. tilt: deviation of roll and pitch;
+    height_m: of the sensor over the floor (beams tilted down end there, and slant ranges are longer than
+    plane ones).
     """
 
     fov: float = math.radians(270)
@@ -44,15 +46,16 @@ class Laser:
     def bearings(self) -> FloatArray:
         """(B,) direction of each beam in the robot's frame, counter-clockwise from straight ahead."""
         count = round(self.fov / self.step) + 1
-        return -self.fov / 2 + self.step * np.arange(count)
+        bearings: FloatArray = -self.fov / 2 + self.step * np.arange(count, dtype=np.float64)
+        return bearings
 
 
 @dataclass(frozen=True, eq=False)
 class Scans:
     """What the laser measured along a trajectory.
 
-    poses: (M, 3) true x, y, yaw in the arena's frame. bearings: (B,). ranges: (M, B) metres, NaN without return
-    and inf beyond reach. parts: (M, B) index of the fiducial part that was hit, -1 for anything else.
+    poses: (M, 3) true x, y, yaw in the arena's frame. bearings: (B,). ranges: (M, B) metres, NaN without
+    return and inf beyond reach. parts: (M, B) index of the fiducial part that was hit, -1 for anything else.
     """
 
     poses: FloatArray
@@ -161,7 +164,7 @@ Hits = tuple[IntArray, FloatArray, IntArray]
 
 
 def _cast_walls(walls: FloatArray, fans: FloatArray, beams: int, names: IntArray) -> Hits:
-    """Flat beam index, distance and name of each hit of a beam on a wall's line, within the wall's interval."""
+    """Flat beam index, distance and name of each hit on a wall (of a beam within the wall's interval)."""
     a = walls[None, :, :2] - fans[:, None, :2]  # (F, S, 2)
     b = walls[None, :, 2:] - fans[:, None, :2]
     direction = np.arctan2(a[..., 1], a[..., 0])
@@ -178,7 +181,7 @@ def _cast_walls(walls: FloatArray, fans: FloatArray, beams: int, names: IntArray
 
 
 def _cast_arcs(arcs: FloatArray, fans: FloatArray, beams: int, names: IntArray) -> Hits:
-    """Flat beam index, distance and name of each hit of a beam on an arc, from outside or inside its circle."""
+    """Flat beam index, distance and name of each hit on an arc, from outside or inside its circle."""
     offset = arcs[None, :, :2] - fans[:, None, :2]  # (F, C, 2)
     distance = np.hypot(offset[..., 0], offset[..., 1])
     radius = arcs[:, 2]
@@ -253,8 +256,9 @@ def _mixed(
     ranges: FloatArray, hits: IntArray, laser: Laser, rng: np.random.Generator
 ) -> tuple[FloatArray, IntArray]:
     """Beams split by an edge: some return a range between the nearer and the farther surface."""
-    step = np.diff(ranges, axis=1, append=ranges[:, -1:])
-    edge = np.isfinite(step) & (np.abs(step) > EDGE_M)
+    known = np.where(np.isfinite(ranges), ranges, np.nan)
+    step = np.diff(known, axis=1, append=known[:, -1:])
+    edge = np.abs(step) > EDGE_M
     mixed = edge & (rng.random(ranges.shape) < laser.mixed)
     # A laser spot is much smaller than the gap between beams, so most split returns lie near one surface.
     share = rng.beta(0.5, 0.5, ranges.shape)

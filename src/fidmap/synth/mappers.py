@@ -1,7 +1,8 @@
 """Grids in the manner of different mapping programs, from scans and the poses somebody believed.
 
-Sources of the rules: log-odds (Elfes 1989) with clamping as in OctoMap; hits / (hits + misses) with a least number
-of visits as in Karto's OccupancyGrid; CoreSLAM's 'hole' profile (Steux, El Hamzaoui 2010: tinySLAM, ts_map_update).
+Sources of the rules: log-odds (Elfes 1989) with clamping as in OctoMap; hits / (hits + misses) with a least
+number of visits as in Karto's OccupancyGrid; CoreSLAM's 'hole' profile (Steux, El Hamzaoui 2010: tinySLAM,
+ts_map_update).
 """
 
 from __future__ import annotations
@@ -30,8 +31,9 @@ class Mapper:
     kind: the rule. usable_m: longer ranges only clear cells up to here. every: use one scan in so many.
     thicken: cells by which occupied is widened. output: 'trinary' (p = 1, 0 or NaN), 'raw' probabilities, or
     'binary' (black and white without any unknown).
-    log_odds: hit and miss are added per scan and cell, limit clamps. hits: occupied at hits >= share * visits,
-    with min_visits visits. coreslam: hole_m is the width of a wall's profile, quality the weight of one beam.
+    log_odds: hit and miss are added per scan and cell, limit clamps. hits: occupied at hits >= share *
+    visits, with min_visits visits. coreslam: hole_m is the width of a wall's profile, quality the weight of
+    one beam.
     """
 
     kind: Kind = "hits"
@@ -103,11 +105,11 @@ def draw_map(
     return Grid(p, resolution_m, origin, source=Source(name, format="synthetic"))
 
 
-def count_probability(hits: FloatArray, visits: FloatArray, mapper: Mapper) -> Float32Array:
-    """p of cells from hits and visits (hits + passes); NaN below `min_visits`.
+def count_probability(hits: Float32Array, visits: Float32Array, mapper: Mapper) -> Float32Array:
+    """Occupancy p of cells from hits and visits (hits + passes); NaN below `min_visits`.
 
-    p is 1/2 at hits = share * visits, piecewise linear to 0 and 1, so that the threshold of the program that is
-    imitated lies at 1/2 whatever it was.
+    p is 1/2 at hits = share * visits, piecewise linear to 0 and 1, so that the threshold of the program that
+    is imitated lies at 1/2 whatever it was.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = hits / visits
@@ -130,7 +132,7 @@ def hole_profile(along_m: FloatArray, range_m: FloatArray, hole_m: float) -> Flo
 def _map_hits(parts: Batch, frame: Frame, mapper: Mapper) -> Float32Array:
     hits = np.zeros(frame.shape, np.float32)
     visits = np.zeros(frame.shape, np.float32)
-    for window, rays in parts(4):
+    for window, rays in parts(4, 0.0):
         found = samples(rays, window)
         hits[window.cells] += window.count(found.end)
         visits[window.cells] += window.count(found.end) + window.count(found.passed)
@@ -140,14 +142,14 @@ def _map_hits(parts: Batch, frame: Frame, mapper: Mapper) -> Float32Array:
 def _map_log_odds(parts: Batch, frame: Frame, mapper: Mapper) -> Float32Array:
     odds = np.zeros(frame.shape, np.float32)
     seen = np.zeros(frame.shape, bool)
-    for window, rays in parts(1):
+    for window, rays in parts(1, 0.0):
         found = samples(rays, window)
         occupied, passed = window.touched(found.end), window.touched(found.passed)
         change = np.where(occupied, np.float32(mapper.hit), np.float32(mapper.miss) * passed)
         view = odds[window.cells]
         np.clip(view + change, -mapper.limit, mapper.limit, out=view)
         seen[window.cells] |= occupied | passed
-    p = 1 / (1 + np.exp(-odds))
+    p: Float32Array = (1 / (1 + np.exp(-odds))).astype(np.float32)
     p[~seen] = np.nan
     return p
 
@@ -156,7 +158,7 @@ def _map_coreslam(parts: Batch, frame: Frame, mapper: Mapper) -> Float32Array:
     """Each beam pulls its cells towards its profile; within one scan the pulls on a cell are averaged."""
     p = np.full(frame.shape, 0.5, np.float32)
     hole_m = max(mapper.hole_m, 4 * frame.resolution_m)  # a narrower profile falls between the cells
-    for window, rays in parts(1):
+    for window, rays in parts(1, hole_m / 2):
         found = samples(rays, window, beyond_m=hole_m / 2)
         value = hole_profile(found.along_m, found.range_m, hole_m)
         count = window.count(found.all)

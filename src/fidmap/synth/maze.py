@@ -1,6 +1,7 @@
-"""Mazes of square pallets: which neighbours are open to each other, the walls between them, ways through them.
+"""Mazes of square pallets: which neighbours are open to each other, walls, ways through them.
 
-A pallet is (row, column) with row 0 lowest, so pallet (r, c) covers x in [c, c + 1] and y in [r, r + 1] pallets.
+A pallet is (row, column) with row 0 lowest, so pallet (r, c) covers x in [c, c + 1] and y in [r, r + 1]
+pallets.
 """
 
 from __future__ import annotations
@@ -134,7 +135,7 @@ def _spanning_tree(rng: np.random.Generator, void: BoolArray) -> list[tuple[Pall
 
 
 def hangs_together(void: BoolArray) -> bool:
-    """Whether the pallets that are no void form one piece (a robot changes pallets over sides, not corners)."""
+    """Whether the pallets that are no void form one piece (over sides, not corners)."""
     return int(ndimage.label(~void)[1]) == 1
 
 

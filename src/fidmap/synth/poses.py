@@ -1,4 +1,4 @@
-"""Imperfect SLAM without running one: the true poses with the errors that programs leave in their estimates."""
+"""Imperfect SLAM without running one: the true poses with the errors that programs leave."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def tier_noise(tier: Tier, rng: np.random.Generator) -> PoseNoise:
         return noisy
     return PoseNoise(
         noisy.jitter_m, noisy.jitter_yaw, noisy.sway_m, noisy.sway_yaw, noisy.memory,
-        drift_yaw=rng.uniform(0.003, 0.012), drift_scale=rng.uniform(0.0, 0.02),
+        drift_yaw=rng.uniform(0.0, 0.005), drift_scale=rng.uniform(0.0, 0.01),
         jumps=int(rng.integers(0, 3)), jump_m=0.15, jump_yaw=0.03,
         shifts=int(rng.integers(1, 3)), shift_m=rng.uniform(0.2, 0.9), shift_yaw=rng.uniform(0.0, 0.2),
         shift_share=rng.uniform(0.1, 0.3),
@@ -67,7 +67,7 @@ def tier_noise(tier: Tier, rng: np.random.Generator) -> PoseNoise:
 
 
 def estimated_poses(
-    poses: FloatArray, noise: PoseNoise, rng: np.random.Generator, frame: Pose2 = Pose2()
+    poses: FloatArray, noise: PoseNoise, rng: np.random.Generator, frame: Pose2 | None = None
 ) -> FloatArray:
     """The poses as a SLAM program with these faults would give them, in the map's frame.
 
@@ -75,7 +75,7 @@ def estimated_poses(
         poses: (M, 3) true poses in the arena's frame.
         noise: the faults.
         rng: the only source of randomness.
-        frame: the arena's frame seen from the map's (T_map_arena).
+        frame: the arena's frame seen from the map's (T_map_arena); None: the same.
 
     Returns:
         (M, 3) x, y, yaw in the map's frame.
@@ -86,7 +86,7 @@ def estimated_poses(
     count = len(poses)
     sway = _slow(rng, count, noise.memory) * [noise.sway_m, noise.sway_m, noise.sway_yaw]
     jitter = rng.standard_normal((count, 3)) * [noise.jitter_m, noise.jitter_m, noise.jitter_yaw]
-    return moved(frame, estimate + sway + jitter)
+    return moved(frame or Pose2(), estimate + sway + jitter)
 
 
 def _drifted(poses: FloatArray, noise: PoseNoise, rng: np.random.Generator) -> FloatArray:

@@ -70,8 +70,9 @@ class Window:
 class Samples:
     """Cells crossed by beams, as flat indices into a window.
 
-    passed: crossed without a hit. end: hit. all: every cell of every beam, with along_m, its distance from the
-    sensor, and range_m, that of the beam's end (inf without hit); filled only where cells beyond the end are asked for.
+    passed: crossed without a hit. end: hit. all: every cell of every beam, with along_m, its distance from
+    the sensor, and range_m, that of the beam's end (inf without hit); filled only where cells beyond the end
+    are asked for.
     """
 
     passed: IntArray
@@ -81,7 +82,7 @@ class Samples:
     range_m: FloatArray
 
 
-Batch = Callable[[int], Iterator[tuple[Window, Rays]]]
+Batch = Callable[[int, float], Iterator[tuple[Window, Rays]]]
 
 
 def ray_ends(
@@ -127,15 +128,17 @@ def _extent(start: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]
 
 
 def batches(rays: Rays, frame: Frame) -> Batch:
-    """A function that yields so many consecutive scans at a time in cells, with the window they touch."""
+    """A function (scans, rim in metres) that yields so many scans at a time in cells, with their window."""
     corner = np.array([[frame.x_m], [frame.y_m]])
 
-    def each(scans: int) -> Iterator[tuple[Window, Rays]]:
+    def each(scans: int, rim_m: float) -> Iterator[tuple[Window, Rays]]:
         for begin in range(0, rays.start.shape[1], scans):
             part = slice(begin, begin + scans)
             start = (rays.start[:, part] - corner) / frame.resolution_m
             end = (rays.end[:, part] - corner[..., None]) / frame.resolution_m
-            yield _window(frame, *_extent(start, end)), Rays(start, end, rays.hit[part])
+            least, most = _extent(start, end)
+            rim = rim_m / frame.resolution_m
+            yield _window(frame, least - rim, most + rim), Rays(start, end, rays.hit[part])
 
     return each
 
@@ -162,7 +165,8 @@ def samples(rays: Rays, window: Window, beyond_m: float | None = None) -> Sample
     hit = rays.hit[good]
     if beyond_m is not None:
         return _samples_beyond(start, end, hit, window, beyond_m)
-    # Steps of one cell or a little more along the longer axis: none but the end itself lies in the end's cell.
+    # Steps of one cell or a little more along the longer axis: none but the end itself lies in the end's
+    # cell.
     count = np.maximum(_longer(end - start), 1).astype(np.int64)
     passed = _dda(start, (end - start) / count, count, window)
     x, y = end[:, hit].astype(np.int64)
@@ -195,8 +199,8 @@ def _samples_beyond(
 def _dda(start: FloatArray, step: FloatArray, count: IntArray, window: Window) -> IntArray:
     """Flat cells at start, start + step, ... (2, N) for each beam, `count` of them.
 
-    Row and column share one integer (row in the upper half, both in fixed point), so that one multiplication and
-    one addition move both; sums wrap around harmlessly, since every result fits.
+    Row and column share one integer (row in the upper half, both in fixed point), so that one multiplication
+    and one addition move both; sums wrap around harmlessly, since every result fits.
     """
     scale = float(1 << BITS)
     x, y = (start * scale).astype(np.int64)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -28,18 +28,18 @@ _TIER_WORD = {"exact": 0, "clean": 1, "noisy": 2, "broken": 3, "large": 4}
 class CaseSpec:
     """What one case is made of.
 
-    explored: share of the pallets visited. spacing_m: way between scans. frame: the arena's frame seen from the
-    map's. min_cells: least side of the map in cells (more unknown rim).
+    explored: share of the pallets visited. spacing_m: way between scans. frame: the arena's frame seen from
+    the map's. min_cells: least side of the map in cells (more unknown rim).
     """
 
-    arena: ArenaSpec = ArenaSpec()
-    laser: Laser = Laser()
-    noise: PoseNoise = PoseNoise()
-    mapper: Mapper = Mapper()
+    arena: ArenaSpec = field(default_factory=ArenaSpec)
+    laser: Laser = field(default_factory=Laser)
+    noise: PoseNoise = field(default_factory=PoseNoise)
+    mapper: Mapper = field(default_factory=Mapper)
     resolution_m: float = 0.05
     explored: float = 1.0
     spacing_m: float = 0.25
-    frame: Pose2 = Pose2()
+    frame: Pose2 = field(default_factory=Pose2)
     min_cells: int = 0
 
 
@@ -63,7 +63,7 @@ def make_case(
     tier: Tier = "exact",
     name: str = "synthetic",
 ) -> SynthCase:
-    """Build an arena (unless one is given), drive through it, map it with the faults asked for, tell the truth."""
+    """Build an arena (unless one is given), drive through it, map it with its faults, tell the truth."""
     spec = spec or CaseSpec()
     arena = arena or make_arena(rng, spec.arena)
     poses = trajectory(arena.maze, rng, spec.explored, spec.spacing_m)
@@ -78,7 +78,7 @@ def make_case(
 
 
 def case_rng(split: Split, seed: int, tier: Tier, index: int) -> np.random.Generator:
-    """The random numbers of one case: the split comes first in the entropy, so splits never share a stream."""
+    """The random numbers of one case: the split is part of the entropy, so splits never share any."""
     words = [_SPLIT_WORD[split], _TIER_WORD[tier], seed, index]
     return np.random.default_rng(np.random.SeedSequence(words))
 
@@ -100,7 +100,7 @@ def suite(split: Split, seed: int, n: int, tier: Tier) -> Iterator[SynthCase]:
 def random_spec(rng: np.random.Generator, tier: Tier) -> CaseSpec:
     """A case of a tier, everything about it drawn at random."""
     resolution_m = float(rng.choice(RESOLUTIONS_M))
-    frame = Pose2(*rng.uniform(-8, 8, 2).tolist(), rng.uniform(-math.pi, math.pi))
+    frame = Pose2(rng.uniform(-8, 8), rng.uniform(-8, 8), rng.uniform(-math.pi, math.pi))
     spec = CaseSpec(
         arena=_random_arena(rng),
         laser=_random_laser(rng, tier),
@@ -148,9 +148,10 @@ def _random_mapper(rng: np.random.Generator, tier: Tier) -> str:
 
 def _enlarged(rng: np.random.Generator, spec: CaseSpec) -> CaseSpec:
     """A big arena with more objects on a map of 1500 to 4000 cells, seen with fewer and coarser scans."""
-    cells = int(rng.integers(1500, 4001))
-    resolution_m = float(rng.choice([0.02, 0.025, 0.05]))
-    pallets = int(min(cells * resolution_m / 1.2 * rng.uniform(0.5, 0.7), 26))
+    resolution_m = float(rng.choice([0.02, 0.025, 0.05], p=[0.4, 0.4, 0.2]))
+    pallets = int(rng.integers(16, 29))
+    across = pallets * spec.arena.pallet_m / resolution_m
+    cells = int(np.clip(across * rng.uniform(1.0, 2.5), 1500, 4000))
     arena = replace(
         spec.arena,
         columns=pallets,

@@ -10,6 +10,7 @@ from fidmap.model import FloatArray
 from fidmap.synth.maze import Pallet, PalletMaze, shortest_way, walking_distances
 
 TURN_PER_SCAN = math.radians(25)
+LOOK_IN = 0.24  # pallets; corner cutting leaves three quarters of it
 
 
 def tour(maze: PalletMaze, rng: np.random.Generator, explored: float = 1.0) -> list[Pallet]:
@@ -24,9 +25,10 @@ def tour(maze: PalletMaze, rng: np.random.Generator, explored: float = 1.0) -> l
     first = free[rng.integers(len(free))]
     here: Pallet = (int(first[0]), int(first[1]))
     distances = walking_distances(maze, here)
-    limit = np.sort(distances[distances >= 0])
-    wanted = distances >= 0
-    wanted &= distances <= limit[max(0, min(len(limit), round(explored * len(limit))) - 1)]
+    reachable = distances >= 0
+    nearest = np.argsort(np.where(reachable, distances, distances.size), axis=None, kind="stable")
+    wanted = np.zeros(maze.shape, bool)
+    wanted.flat[nearest[: round(explored * reachable.sum())]] = True
     way = [here]
     wanted[here] = False
     while step := shortest_way(maze, here, wanted):
@@ -52,7 +54,7 @@ def trajectory(
         (M, 3) x, y, yaw in the arena's frame.
     """
     pallets = np.array(tour(maze, rng, explored), float)
-    points = (pallets[:, ::-1] + 0.5) * maze.pallet_m
+    points = (_looking_around(pallets)[:, ::-1] + 0.5) * maze.pallet_m
     points = points + np.clip(0.04 * rng.standard_normal(points.shape), -0.06, 0.06)
     for _ in range(2):
         points = _corners_cut(points)
@@ -64,6 +66,21 @@ def trajectory(
     ahead = np.gradient(xy, axis=0)
     yaw = np.unwrap(np.arctan2(ahead[:, 1], ahead[:, 0]))
     return _turns_filled(np.column_stack([xy, yaw]))
+
+
+def _looking_around(pallets: FloatArray) -> FloatArray:
+    """The pallets (N, 2) of a tour, at dead ends with a point farther in.
+
+    From a pallet's centre only 118 of 180 degrees of a half barrel on its wall are in sight; people drive a
+    robot a little farther before it turns round.
+    """
+    before, here, after = pallets[:-2], pallets[1:-1], pallets[2:]
+    ends = (before == after).all(1)
+    farther = here + LOOK_IN * (here - before)
+    blocks = [pallets[:1]]
+    for place, inside, is_end in zip(here, farther, ends, strict=True):
+        blocks.append(np.array([place, inside, place]) if is_end else place[None])
+    return np.concatenate([*blocks, pallets[1:][-1:]])
 
 
 def _corners_cut(points: FloatArray) -> FloatArray:

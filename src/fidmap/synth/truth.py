@@ -1,20 +1,20 @@
 """The truth about every fiducial part of one map: where this map draws it, how much of it, and how often.
 
-No detector is involved: the laser knows which beams hit which part, and the estimated poses say where the map puts
-them. A scan seen from a wrong pose moves all it saw rigidly, so each scan votes for one drawn centre.
+No detector is involved: the laser knows which beams hit which part, and the estimated poses say where the map
+puts them. A scan seen from a wrong pose moves all it saw rigidly, so each scan votes for one drawn centre.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from fidmap.grid import metres_to_cells, trinarize
-from fidmap.model import FloatArray, Grid, Label
+from fidmap.model import FiducialPart, FloatArray, Grid, Label
 from fidmap.synth.arena import SynthArena
 from fidmap.synth.laser import Scans
 
@@ -23,17 +23,19 @@ BoolArray = npt.NDArray[np.bool_]
 SAME_COPY_M = 0.15  # scans whose votes lie farther apart draw the part twice
 BINS = 120  # directions of a whole circle
 COPY_BINS = 10  # a copy of less than 30 degrees is a smear, not an arc
-CLUTTER_M = 0.12  # farther out than a drawn arc is thick: black there is not the arc's
+CLUTTER_M = 0.12  # beyond the thickness of drawn arcs (and 1.5 cells more): black there is not the arc's
 
 
 @dataclass(frozen=True)
 class PartTruth:
     """One fiducial part in one map.
 
-    id, x_m, y_m, facing: as in the arena (facing None for a whole barrel). drawn_x_m, drawn_y_m, drawn_facing: in
-    the map's frame, None where no scan saw the part. seen: angle that beams hit, in the main copy. support: angle
-    of these hits at which the map has occupied cells. clutter: angle at which it also has some outside the arc.
-    drawn: 'yes' at support >= 2/3 and support - clutter >= 0.3 of the part's opening, 'partly' at 0.5 and 0.2.
+    id, x_m, y_m, facing: as in the arena (facing None for a whole barrel). drawn_x_m, drawn_y_m,
+    drawn_facing: in the map's frame, None where no scan saw the part. seen: angle that beams hit, in the main
+    copy. support: angle of these hits at which the map has occupied cells. clutter: angle at which it also
+    has some outside the arc.
+    drawn: 'yes' at support >= 2/3 and support - clutter >= 0.3 of the part's opening, 'partly' at 0.5 and
+    0.2.
     copies: other places where the part is drawn, map frame. scans: how many made the main copy.
     """
 
@@ -42,13 +44,13 @@ class PartTruth:
     y_m: float
     facing: float | None
     opening: float
-    drawn_x_m: float | None
-    drawn_y_m: float | None
-    drawn_facing: float | None
-    seen: float
-    support: float
-    clutter: float
-    drawn: Literal["yes", "partly", "no"]
+    drawn_x_m: float | None = None
+    drawn_y_m: float | None = None
+    drawn_facing: float | None = None
+    seen: float = 0.0
+    support: float = 0.0
+    clutter: float = 0.0
+    drawn: Literal["yes", "partly", "no"] = "no"
     copies: tuple[tuple[float, float], ...] = ()
     scans: int = 0
 
@@ -61,6 +63,28 @@ class _Copy:
     turn: float
     hit: BoolArray
     scans: int
+
+
+@dataclass(frozen=True, eq=False)
+class _Ink:
+    """Where a map is black."""
+
+    grid: Grid
+    occupied: BoolArray
+
+    def on_circle(self, copy: _Copy, radius_m: float, cells: float) -> BoolArray:
+        """(BINS,) whether a map is black within so many cells of a circle about a copy, by direction."""
+        angle = (np.arange(BINS) + 0.5) * 2 * math.pi / BINS + copy.turn
+        outward = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        reach = cells * self.grid.resolution_m
+        found = np.zeros(BINS, bool)
+        for shift in np.linspace(-reach, reach, 7):
+            ring = copy.centre + (radius_m + shift) * outward
+            at = np.floor(metres_to_cells(ring, self.grid.resolution_m, self.grid.origin)).astype(np.int64)
+            inside = np.all((at >= 0) & (at < self.occupied.shape), axis=1)
+            rows, columns = (at * inside[:, None]).T
+            np.logical_or(found, inside & self.occupied[rows, columns], out=found)
+        return found
 
 
 def part_truths(
@@ -79,13 +103,13 @@ def part_truths(
     order = np.argsort(part, kind="stable")
     scan, beam = scan[order], beam[order]
     bounds = np.searchsorted(part[order], np.arange(len(arena.arena.parts) + 1))
-    occupied = None if grid is None else trinarize(grid).labels == Label.OCCUPIED
+    ink = None if grid is None else _Ink(grid, trinarize(grid).labels == Label.OCCUPIED)
     truths = []
     for index in range(len(arena.arena.parts)):
         mine = slice(bounds[index], bounds[index + 1])
         arc = arena.arcs[np.nonzero(arena.arc_part == index)[0][0]]
         copies = _copies(scans, poses, scan[mine], beam[mine], arc)
-        truths.append(_truth(arena, index, arc, copies, grid, occupied))
+        truths.append(_truth(arena.arena.parts[index], arc, copies, ink))
     return tuple(truths)
 
 
@@ -103,7 +127,7 @@ def _copies(scans: Scans, poses: FloatArray, scan: IntArray, beam: IntArray, arc
     votes = believed[:, :2] + np.stack(
         [c * offset[:, 0] - s * offset[:, 1], s * offset[:, 0] + c * offset[:, 1]], axis=1
     )
-    copies = []
+    copies: list[_Copy] = []
     left = np.ones(len(votes), bool)
     while left.any():
         inside = _densest(votes, left)
@@ -126,67 +150,58 @@ def _densest(votes: FloatArray, left: BoolArray) -> BoolArray:
     seeds = seeds[:: max(1, len(seeds) // 200)]
     near = np.hypot(*(seeds[:, None] - candidates[None, :: max(1, len(candidates) // 2000)]).T) < SAME_COPY_M
     centre = seeds[np.argmax(near.sum(0))]
+    inside: BoolArray = left
     for _ in range(5):
         inside = left & (np.hypot(*(votes - centre).T) < SAME_COPY_M)
         centre = votes[inside].mean(0) if inside.any() else centre
     if not inside.any():
-        inside = left & (votes == candidates[0]).all(1)
+        inside = left & np.equal(votes, candidates[0]).all(axis=1)
     return inside
 
 
-def _truth(
-    arena: SynthArena,
-    index: int,
-    arc: FloatArray,
-    copies: list[_Copy],
-    grid: Grid | None,
-    occupied: BoolArray | None,
-) -> PartTruth:
-    part = arena.arena.parts[index]
-    x_m, y_m = float(arc[0]), float(arc[1])
+def _truth(part: FiducialPart, arc: FloatArray, copies: list[_Copy], ink: _Ink | None) -> PartTruth:
+    known = PartTruth(part.id, float(arc[0]), float(arc[1]), part.facing, part.opening)
     if not copies:
-        return PartTruth(
-            part.id, x_m, y_m, part.facing, part.opening, None, None, None, 0.0, 0.0, 0.0, "no"
-        )  # fmt: skip
-    main = copies[0]
-    covered = _closed(main.hit)
+        return known
+    angles = [_angles(copy, part.opening, float(arc[2]), ink) for copy in copies]
+    # What the map shows best is where it draws the part; ties go to the copy that was seen most completely.
+    best = max(range(len(copies)), key=lambda k: (angles[k][1] - angles[k][2], -k))
+    main, (seen, support, clutter) = copies[best], angles[best]
+    return replace(
+        known,
+        drawn_x_m=float(main.centre[0]),
+        drawn_y_m=float(main.centre[1]),
+        drawn_facing=None if part.facing is None else math.remainder(part.facing + main.turn, 2 * math.pi),
+        seen=seen,
+        support=support,
+        clutter=clutter,
+        drawn=_drawn(support / part.opening, clutter / part.opening),
+        copies=tuple((float(c.centre[0]), float(c.centre[1])) for c in copies if c is not main),
+        scans=main.scans,
+    )
+
+
+def _angles(copy: _Copy, opening: float, radius_m: float, ink: _Ink | None) -> tuple[float, float, float]:
+    """Angles of a copy: seen by beams; of these black in the map; of these black outside the arc too."""
+    covered = _closed(copy.hit)
     black, dirty = covered, np.zeros(BINS, bool)
-    if grid is not None and occupied is not None:
-        black = covered & _black(grid, occupied, main, float(arc[2]))
-        dirty = covered & _black(grid, occupied, main, float(arc[2]) + CLUTTER_M)
-    seen, support, clutter = (_angle(mask, part.opening) for mask in (covered, black, dirty))
-    return PartTruth(
-        part.id, x_m, y_m, part.facing, part.opening,
-        float(main.centre[0]), float(main.centre[1]),
-        None if part.facing is None else math.remainder(part.facing + main.turn, 2 * math.pi),
-        seen, support, clutter, _drawn(support / part.opening, clutter / part.opening),
-        tuple((float(c.centre[0]), float(c.centre[1])) for c in copies[1:]), main.scans,
-    )  # fmt: skip
+    if ink is not None:
+        outside_m = radius_m + CLUTTER_M + 1.5 * ink.grid.resolution_m
+        black = covered & ink.on_circle(copy, radius_m, cells=1.5)
+        dirty = black & ink.on_circle(copy, outside_m, cells=0.5)
+    return _angle(covered, opening), _angle(black, opening), _angle(dirty, opening)
 
 
 def _closed(hit: BoolArray) -> BoolArray:
     """Directions hit, with gaps of one bin closed: beams seen from afar are 3 degrees apart on the arc."""
-    closed: BoolArray = hit | (np.roll(hit, 1) & np.roll(hit, -1))
+    closed: BoolArray = hit.copy()
+    closed |= np.roll(hit, 1) & np.roll(hit, -1)
     return closed
 
 
 def _angle(mask: BoolArray, opening: float) -> float:
     """Angle of the marked directions; a half's two outermost bins are cut by the wall, hence the limit."""
     return min(opening, float(mask.sum()) * 2 * math.pi / BINS)
-
-
-def _black(grid: Grid, occupied: BoolArray, copy: _Copy, radius_m: float) -> BoolArray:
-    """(BINS,) whether the map has an occupied cell within 1.5 cells of the drawn circle, by arena direction."""
-    angle = (np.arange(BINS) + 0.5) * 2 * math.pi / BINS + copy.turn
-    reach = 1.5 * grid.resolution_m
-    found = np.zeros(BINS, bool)
-    for shift in np.linspace(-reach, reach, 7):
-        ring = copy.centre + (radius_m + shift) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        cells = np.floor(metres_to_cells(ring, grid.resolution_m, grid.origin)).astype(np.int64)
-        inside = ((cells >= 0) & (cells < occupied.shape)).all(1)
-        rows, columns = np.where(inside[:, None], cells, 0).T
-        found |= inside & occupied[rows, columns]
-    return found
 
 
 def _drawn(support: float, clutter: float) -> Literal["yes", "partly", "no"]:

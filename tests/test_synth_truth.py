@@ -1,0 +1,79 @@
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fidmap.model import Pose2
+from fidmap.synth.arena import ArenaSpec
+from fidmap.synth.laser import scan
+from fidmap.synth.mappers import MAPPERS, draw_map
+from fidmap.synth.poses import PoseNoise, estimated_poses
+from fidmap.synth.suite import CaseSpec, make_case
+from fidmap.synth.truth import part_truths
+from test_synth_laser import EXACT, room
+
+AROUND = np.array(
+    [[2.0 + 1.5 * math.cos(a), 2.0 + 1.5 * math.sin(a), 0.0] for a in np.linspace(0.8, 5.5, 40)]
+)
+
+
+def test_exact_poses_draw_parts_where_they_are():
+    """In the arena's own frame drawn centres and facings are the true ones; nearly all parts are drawn."""
+    case = make_case(
+        np.random.default_rng(1), CaseSpec(ArenaSpec(pairs=4, void_pairs=1, wholes=1, wall_m=0.03))
+    )
+
+    assert len(case.truths) == len(case.arena.arena.parts)
+    for truth, part in zip(case.truths, case.arena.arena.parts, strict=True):
+        assert truth.id == part.id
+        assert (truth.drawn_x_m, truth.drawn_y_m) == pytest.approx((part.x_m, part.y_m), abs=1e-9)
+        assert truth.drawn_facing == (None if part.facing is None else pytest.approx(part.facing))
+        assert truth.copies == ()
+    assert sum(truth.drawn == "yes" for truth in case.truths) >= 0.8 * len(case.truths)
+
+
+def test_a_moved_frame_moves_the_drawn_parts():
+    """The drawn centre is the true one seen from the map's frame, the facing is turned along."""
+    scans = scan(room(), AROUND, EXACT, np.random.default_rng(0))
+    poses = estimated_poses(AROUND, PoseNoise(), np.random.default_rng(0), Pose2(10.0, 20.0, math.pi / 2))
+
+    (truth,) = part_truths(room(), scans, poses, draw_map(scans, poses, MAPPERS["hits"], 0.05))
+
+    assert (truth.drawn_x_m, truth.drawn_y_m) == pytest.approx((10.0 - 2.0, 20.0 + 4.0))
+    assert truth.drawn_facing == pytest.approx(-math.pi / 2)
+    assert truth.drawn == "yes"
+    assert truth.support == pytest.approx(math.pi, abs=0.2)
+
+
+def test_scans_from_another_pose_make_a_copy():
+    """A third of the scans half a metre off: the part is drawn twice, first where most scans put it."""
+    scans = scan(room(), AROUND, EXACT, np.random.default_rng(0))
+    poses = AROUND.copy()
+    poses[13:26, 1] += 0.5
+
+    (truth,) = part_truths(room(), scans, poses)
+
+    assert (truth.drawn_x_m, truth.drawn_y_m) == pytest.approx((4.0, 2.0))
+    assert truth.copies == (pytest.approx((4.0, 2.5)),)
+
+
+def test_a_part_never_seen_has_no_place():
+    """A robot that looks away."""
+    scans = scan(room(), np.array([[2.0, 2.0, math.pi]]), replace(EXACT, fov=1.0), np.random.default_rng(0))
+
+    (truth,) = part_truths(room(), scans, scans.poses)
+
+    assert (truth.drawn, truth.drawn_x_m, truth.scans) == ("no", None, 0)
+
+
+def test_half_an_arc_is_partly_drawn():
+    """From one place in the corner about a half of the half circle is seen."""
+    scans = scan(room(), np.array([[3.7, 0.5, 1.0]]), EXACT, np.random.default_rng(0))
+
+    (truth,) = part_truths(room(), scans, scans.poses)
+
+    assert math.pi / 3 < truth.seen < math.pi / 2 + 0.3  # up to the beam that touches its far side
+    assert truth.drawn in {"partly", "no"}

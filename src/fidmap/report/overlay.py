@@ -21,6 +21,7 @@ from fidmap.report.view import View, make_view, picture
 from fidmap.report.wording import clean, percent
 
 PNG_LONG_SIDE = 1600
+DRAWN_UP_TO = 1500  # arcs; a noise map may hold many more and would make the page heavy
 SMOOTH_BELOW = 1.5  # units per cell under which cells are averaged, so that thin walls do not drop out
 
 
@@ -34,12 +35,13 @@ def overlay_svg(report: Report, grid: TrinaryGrid | None) -> str:
     Returns:
         SVG text; all of it is escaped, so it may stand inside an HTML page as it is.
     """
-    drawn = marks(report)
+    found = marks(report)
+    drawn = found[max(0, len(found) - DRAWN_UP_TO) :]
     ends = [mark.expected_xy for mark in drawn if mark.expected_xy is not None]
     points = np.array([(mark.x_m, mark.y_m) for mark in drawn] + ends, float).reshape(-1, 2)
     window = make_view(grid, points, report.arena.radius_m)
     arrows = Arrows.of(drawn, window)
-    legend = _legend(drawn, report, arrows, grid is not None)
+    legend = _legend(found, report, arrows, grid is not None)
     sheet = sheet_around(window, legend_rows(legend, window.width))
     scene = Scene(drawn, sheet.view, arrows, report.arena.radius_m)
     parts = [
@@ -95,9 +97,9 @@ def _base(grid: TrinaryGrid | None, view: View) -> str:
     )
 
 
-def _legend(drawn: Sequence[Mark], report: Report, arrows: Arrows, has_map: bool) -> list[tuple[str, str]]:
+def _legend(found: Sequence[Mark], report: Report, arrows: Arrows, has_map: bool) -> list[tuple[str, str]]:
     """Sample and text of each state that occurs, with its count; then what else needs a word."""
-    counts = Counter(mark.state for mark in drawn)
+    counts = Counter(mark.state for mark in found)
     lost = sum(part.barrel is None for part in report.attributes.parts) - counts[State.MISSING]
     rows = [
         (sample(state), f"{style.text}: {counts[state]}") for state, style in STYLES.items() if counts[state]
@@ -106,12 +108,15 @@ def _legend(drawn: Sequence[Mark], report: Report, arrows: Arrows, has_map: bool
         rows.append(("", f"missing, place unknown: {lost}"))
     if arrows.factor is not None:
         true = arrows.factor == 1
-        words = "to where it should be" if true else f"position error, drawn {arrows.factor} times as long"
+        words = (
+            "arrow to where the part should be"
+            if true
+            else f"position error, drawn {arrows.factor} times as long"
+        )
         rows.append((arrow_sample(), words))
     if has_map:
         greys = {Label.FREE: "free", Label.UNKNOWN: "unknown", Label.OCCUPIED: "occupied"}
         rows += [(swatch(label), word) for label, word in greys.items()]
-    hidden = max(0, len(drawn) - LABELLED_UP_TO)
-    if hidden:
-        rows.append(("", f"without label: {hidden}"))
+    unsaid = {"not drawn": DRAWN_UP_TO, "without label": LABELLED_UP_TO}
+    rows += [("", f"{word}: {len(found) - limit}") for word, limit in unsaid.items() if len(found) > limit]
     return rows

@@ -60,13 +60,13 @@ def part_states(report: Report) -> dict[str, State]:
 
 
 def marks(report: Report) -> tuple[Mark, ...]:
-    """Every arc worth drawing: unassigned detections first, so that parts lie on top of them."""
+    """Every arc worth drawing, the least important first: so that parts lie on top of loose detections."""
     states = part_states(report)
     taken = {part.barrel.n for part in report.attributes.parts if part.barrel is not None}
     surveyed = {part.id: part for part in report.arena.parts}
     loose = [
         Mark(State.UNASSIGNED, f"#{arc.n}", arc.x_m, arc.y_m, arc.facing, arc.drawn, arc.n)
-        for arc in report.detections
+        for arc in sorted(report.detections, key=lambda arc: (arc.confidence, -arc.n))
         if arc.n not in taken
     ]
     placed = [

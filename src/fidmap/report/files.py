@@ -104,11 +104,9 @@ def _output_errors(directory: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        why = error.strerror or str(error)
-        place = error.filename or directory
-        text = (
-            f"{directory}: the report cannot be written ({place}: {why}); choose another folder with --out."
-        )
+        why, place = error.strerror or str(error), error.filename
+        where = f"{place}: " if place and str(place) != str(directory) else ""
+        text = f"{directory}: no report can be written there ({where}{why}); choose another --out."
         raise OutputError(text) from error
 
 

@@ -15,7 +15,7 @@ from markupsafe import Markup
 
 from fidmap.report.json_line import ATTRIBUTE_ORDER, Document
 from fidmap.report.overlay_style import STYLES
-from fidmap.report.rows import Row, comparison_warning, shown_attributes, sorted_findings
+from fidmap.report.rows import Row, comparison_warning, scored, shown_attributes, sorted_findings
 from fidmap.report.states import State
 from fidmap.report.wording import (
     ATTRIBUTE_MEANINGS,
@@ -26,6 +26,7 @@ from fidmap.report.wording import (
     percent,
 )
 
+UNITS = {"_deg": "°", "_m": " m", "seconds": " s"}
 DETECTIONS_UP_TO = 500  # more is noise, and would make the page heavy; points.csv has them all
 
 
@@ -36,7 +37,7 @@ def report_page(document: Document, drawing: str) -> str:
         document: the report document.
         drawing: SVG text of the overlay, from `overlay_svg`.
     """
-    detections = document["detections"]
+    detections, provenance = document["detections"], dict(document["provenance"])
     return _environment().get_template("report.html.j2").render(
         report=document,
         drawing=Markup(drawing),  # noqa: S704 made and escaped by overlay_svg
@@ -47,13 +48,9 @@ def report_page(document: Document, drawing: str) -> str:
         detections=detections[:DETECTIONS_UP_TO],
         more_detections=max(0, len(detections) - DETECTIONS_UP_TO),
         has_global=any(part.get("global_error_m") is not None for part in document["parts"]),
-        settings=list(_flat(document["provenance"]["settings"])),
-        provenance=[
-            (key, value)
-            for key, value in _flat(document["provenance"])
-            if not key.startswith("settings.")
-        ],
-        registration=list(_flat(document["registration"])),
+        settings=list(_settings_rows(provenance.pop("settings"))),
+        provenance=list(_spoken_rows(provenance)),
+        registration=list(_spoken_rows(document["registration"])),
         styles={state.value: STYLES[state] for state in State},
     )  # fmt: skip
 
@@ -62,6 +59,7 @@ def index_page(rows: Sequence[Row]) -> str:
     """The page that ranks several maps: a table with links, then the maps that could not be used."""
     return _environment().get_template("index.html.j2").render(
         rows=rows,
+        scored=len(scored(rows)),
         attributes=shown_attributes(rows),
         warning=comparison_warning(rows),
     )  # fmt: skip
@@ -123,15 +121,28 @@ def _pair_rows(groups: Sequence[Document]) -> Iterator[Document]:
             yield {**pair, "label": " – ".join(pair["parts"]), "class": "", "kind": "pair"}
 
 
-def _flat(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
-    """Nested values as dotted keys and short texts."""
+def _settings_rows(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Settings under the names that a profile file gives them, nested ones dotted."""
     for key, value in values.items():
         if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{key}.")
-        elif isinstance(value, list | tuple):
-            yield f"{prefix}{key}", ", ".join(map(_short, value))
+            yield from _settings_rows(value, f"{prefix}{key}.")
         else:
             yield f"{prefix}{key}", _short(value)
+
+
+def _spoken_rows(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Other values in words: the unit moves from the key to the number, a null shows its reason."""
+    for key, value in values.items():
+        if key.endswith("_reason"):
+            continue
+        ending = next((ending for ending in UNITS if key.endswith(ending)), "")
+        name = prefix + (key.removesuffix(ending) or "computing time").replace("_", " ")
+        if isinstance(value, Mapping):
+            yield from _spoken_rows(value, f"{name}: ")
+        elif value is None:
+            yield name, f"not known ({values.get(f'{key}_reason', 'no reason given')})"
+        else:
+            yield name, _short(value) + UNITS.get(ending, "")
 
 
 def _short(value: Any) -> str:
@@ -139,4 +150,6 @@ def _short(value: Any) -> str:
         return "–"
     if isinstance(value, bool):
         return "yes" if value else "no"
+    if isinstance(value, list | tuple):
+        return ", ".join(map(_short, value))
     return f"{value:.6g}" if isinstance(value, float) else str(value)

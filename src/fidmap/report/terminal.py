@@ -88,7 +88,7 @@ def _who(names: Sequence[str], rows: Sequence[Row]) -> str:
 
 
 def _say(console: Console, level: str, who: str, sentence: str) -> None:
-    text = Text(level.capitalize(), style=LEVEL_STYLES[level])
-    text.append(f", {who}: " if who else ": ", style="none")
-    text.append(sentence, style="none")
+    text = Text()
+    text.append(level.capitalize(), style=LEVEL_STYLES[level])
+    text.append(f", {who}: {sentence}" if who else f": {sentence}")
     console.print(text, soft_wrap=not console.is_terminal)

@@ -15,10 +15,20 @@ import pytest
 from PIL import Image
 
 from fidmap.grid import trinarize
-from fidmap.model import Assignment, BarrelPart, FiducialPart, Grid, Pose2, Report, Source, Transform
+from fidmap.model import (
+    Assignment,
+    BarrelPart,
+    FiducialPart,
+    Grid,
+    Pose2,
+    Report,
+    Source,
+    Transform,
+    TrinaryGrid,
+)
 from fidmap.report import fonts, svg
 from fidmap.report.labels import Caption, place_labels
-from fidmap.report.overlay import overlay_png, overlay_svg
+from fidmap.report.overlay import draw_overlay
 from fidmap.report.overlay_frame import nice_length
 from fidmap.report.overlay_scene import LABELLED_UP_TO
 from fidmap.report.states import State, facing_in_map, marks
@@ -36,6 +46,10 @@ from sample_report import (
 
 NS = {"s": "http://www.w3.org/2000/svg"}
 XLINK = "{http://www.w3.org/1999/xlink}href"
+
+
+def drawing_of(report: Report, grid: TrinaryGrid | None) -> str:
+    return draw_overlay(report, grid).svg()
 
 
 def parsed(drawing: str) -> ET.Element:
@@ -88,7 +102,7 @@ def test_arcs_over_half_a_turn_take_the_long_way(drawn_deg: float, large: int) -
 
 def test_an_arc_is_drawn_at_its_place_and_size() -> None:
     """1A faces -x: its arc's two ends lie above and below its centre, at the radius of the map's scale."""
-    drawing = overlay_svg(sample_report(), sample_grid())
+    drawing = drawing_of(sample_report(), sample_grid())
     path = arc_of(drawing, "1A").findall("s:path", NS)[-1].attrib["d"]
     x0, y0, r, *_, x1, y1 = numbers(path)
     other = arc_of(drawing, "3A").findall("s:path", NS)[-1].attrib["d"]
@@ -107,7 +121,7 @@ def test_the_drawing_keeps_the_image_upright_and_turns_the_points() -> None:
     grid = sample_grid(origin=turned)
     arc = BarrelPart(1, -2.0, 5.0, math.pi / 2, math.pi)  # 5 m along the image's x, 2 m up, facing its x
     report = replace(sample_report(), detections=(arc,), attributes=replace(sample_attributes(()), parts=()))
-    drawing = overlay_svg(report, grid)
+    drawing = drawing_of(report, grid)
     x0, y0, r, *_, x1, y1 = numbers(arc_of(drawing, "#1").findall("s:path", NS)[-1].attrib["d"])
 
     assert x1 == pytest.approx(x0, abs=0.05)
@@ -122,7 +136,7 @@ def test_missing_parts_face_where_the_registration_turns_them() -> None:
     assert facing_in_map(math.radians(100), Transform(math.radians(10), mirrored=True)) == pytest.approx(
         -math.pi / 2
     )
-    arc = arc_of(overlay_svg(sample_report(), sample_grid()), "3B")
+    arc = arc_of(drawing_of(sample_report(), sample_grid()), "3B")
     line = arc.findall("s:path", NS)[1]
     x0, y0, *_, x1, y1 = numbers(line.attrib["d"])
 
@@ -137,12 +151,12 @@ def test_a_missing_part_without_facing_is_a_dashed_circle() -> None:
     report = replace(sample_report(), arena=replace(sample_arena(), parts=parts))
 
     assert (
-        arc_of(overlay_svg(report, sample_grid()), "3B").findall("s:circle", NS)[1].attrib["stroke-dasharray"]
+        arc_of(drawing_of(report, sample_grid()), "3B").findall("s:circle", NS)[1].attrib["stroke-dasharray"]
     )
 
 
 def test_states_are_counted_in_the_legend() -> None:
-    found = texts(overlay_svg(sample_report(), sample_grid()))
+    found = texts(drawing_of(sample_report(), sample_grid()))
 
     assert {
         "assigned: 3", "assigned by hand: 1", "assigned, doubtful: 1", "missing, expected here: 3",
@@ -153,7 +167,7 @@ def test_states_are_counted_in_the_legend() -> None:
 def test_only_states_that_occur_are_in_the_legend() -> None:
     report = replace(sample_report(), detections=sample_report().detections[:5])
 
-    assert not any(text.startswith("detected, no part") for text in texts(overlay_svg(report, sample_grid())))
+    assert not any(text.startswith("detected, no part") for text in texts(drawing_of(report, sample_grid())))
 
 
 def test_parts_without_a_place_are_counted_too() -> None:
@@ -167,11 +181,11 @@ def test_parts_without_a_place_are_counted_too() -> None:
         assignment=Assignment((None,) * 8, (False,) * 8, None, 0.0),
     )
 
-    assert "missing, place unknown: 8" in texts(overlay_svg(report, sample_grid()))
+    assert "missing, place unknown: 8" in texts(drawing_of(report, sample_grid()))
 
 
 def test_every_part_and_detection_is_labelled_once() -> None:
-    found = texts(overlay_svg(sample_report(), sample_grid()))
+    found = texts(drawing_of(sample_report(), sample_grid()))
 
     for label in ["1A", "1B", "2A?", "2B", "3A", "3B", "4A", "4B", "#6", "#7"]:
         assert found.count(label) == 1, label
@@ -200,7 +214,7 @@ def label_boxes(drawing: str) -> list[tuple[float, float, float, float]]:
 
 @pytest.mark.parametrize(("count", "spread_m"), [(20, 2.0), (60, 6.0), (200, 10.0)])
 def test_labels_do_not_overlap_and_stay_inside(count: int, spread_m: float) -> None:
-    drawing = overlay_svg(with_many_arcs(count, spread_m), sample_grid())
+    drawing = drawing_of(with_many_arcs(count, spread_m), sample_grid())
     boxes = label_boxes(drawing)
     _, _, width, height = map(float, parsed(drawing).attrib["viewBox"].split())
 
@@ -227,7 +241,7 @@ def test_labels_keep_off_what_is_drawn() -> None:
 
 
 def test_thousands_of_arcs_stay_a_drawing() -> None:
-    drawing = overlay_svg(with_many_arcs(4000, 12.0), sample_grid())
+    drawing = drawing_of(with_many_arcs(4000, 12.0), sample_grid())
 
     assert len(label_boxes(drawing)) <= LABELLED_UP_TO
     assert "not drawn: 2500" in texts(drawing)
@@ -242,7 +256,7 @@ def error_arrows(drawing: str) -> list[tuple[float, float]]:
 
 def test_error_arrows_end_where_the_part_should_be() -> None:
     """2A is 0.5 m off in both directions: with so long an arrow, all are true to scale."""
-    drawing = overlay_svg(sample_report(), sample_grid())
+    drawing = drawing_of(sample_report(), sample_grid())
     r = numbers(arc_of(drawing, "1A").findall("s:path", NS)[-1].attrib["d"])[2]
 
     longest = max(error_arrows(drawing), key=lambda arrow: math.hypot(*arrow))
@@ -254,7 +268,7 @@ def test_short_errors_are_enlarged_and_the_legend_says_so() -> None:
     attributes = sample_report().attributes
     near = tuple(part for part in attributes.parts if part.id != "2A")
     report = replace(sample_report(), attributes=replace(attributes, parts=near))
-    drawing = overlay_svg(report, sample_grid())
+    drawing = drawing_of(report, sample_grid())
 
     assert "position error, drawn 10 times as long" in texts(drawing)
     lengths = [math.hypot(*arrow) for arrow in error_arrows(drawing)]
@@ -269,7 +283,7 @@ def embedded(drawing: str) -> Image.Image:
 
 def test_the_map_is_cropped_to_what_is_known() -> None:
     grid = sample_grid(size_m=(60, 60))
-    image = embedded(overlay_svg(sample_report(), grid))
+    image = embedded(drawing_of(sample_report(), grid))
 
     assert image.width < 400
     assert len(image.getcolors() or []) == 3
@@ -280,7 +294,7 @@ def test_the_picture_has_its_top_row_on_top() -> None:
     p[39, 0] = 1.0  # the last row is the highest
     p[0, :] = np.nan
     grid = trinarize(Grid(p, 0.05))
-    image = embedded(overlay_svg(with_many_arcs(0, 1.0), grid)).convert("L")
+    image = embedded(drawing_of(with_many_arcs(0, 1.0), grid)).convert("L")
 
     dark = np.argwhere(np.asarray(image) < 100)
     assert dark.tolist() == [[0, 0]]
@@ -297,7 +311,7 @@ def test_a_map_without_unknown_cells_is_cropped_to_its_walls() -> None:
 def test_parts_outside_the_map_widen_the_drawing() -> None:
     far = BarrelPart(1, 40.0, -30.0, 0.0, math.pi)
     report = replace(sample_report(), detections=(far,), attributes=replace(sample_attributes(()), parts=()))
-    drawing = overlay_svg(report, sample_grid())
+    drawing = drawing_of(report, sample_grid())
     _, _, width, height = map(float, parsed(drawing).attrib["viewBox"].split())
     x0, y0, *_ = numbers(arc_of(drawing, "#1").findall("s:path", NS)[-1].attrib["d"])
 
@@ -320,16 +334,16 @@ def test_large_maps_share_pixels_without_losing_walls() -> None:
 
 @pytest.mark.parametrize("grid", [None, trinarize(Grid(np.full((5, 7), np.nan, np.float32), 0.05))])
 def test_drawings_without_a_map_or_without_known_cells(grid: object) -> None:
-    drawing = overlay_svg(sample_report(), grid)  # type: ignore[arg-type]
+    drawing = drawing_of(sample_report(), grid)  # type: ignore[arg-type]
 
     assert any(text.endswith(" m") for text in texts(drawing))
-    assert overlay_png(drawing).startswith(b"\x89PNG")
+    assert draw_overlay(sample_report(), grid).png().startswith(b"\x89PNG")
 
 
 def test_nothing_at_all_still_gives_a_drawing() -> None:
     report = replace(sample_report(), detections=(), attributes=replace(sample_attributes(()), parts=()))
 
-    assert overlay_png(overlay_svg(report, None)).startswith(b"\x89PNG")
+    assert draw_overlay(report, None).png().startswith(b"\x89PNG")
 
 
 HOSTILE = "a<script>alert(1)</script>&\"'\x00\x1b[31m\u202e\udcff/]]>.yaml"
@@ -343,12 +357,12 @@ def test_hostile_names_are_text() -> None:
     attributes = sample_report().attributes
     results = (*attributes.parts[:5], replace(attributes.parts[5], id=part.id), *attributes.parts[6:])
     report = replace(sample_report(HOSTILE), arena=arena, attributes=replace(attributes, parts=results))
-    drawing = overlay_svg(report, sample_grid())
+    drawing = drawing_of(report, sample_grid())
 
     drawing.encode()  # no lone surrogates
     assert "<script" not in drawing
     assert "<b>&\ufffd" in texts(drawing)
-    assert overlay_png(drawing).startswith(b"\x89PNG")
+    assert draw_overlay(report, sample_grid()).png().startswith(b"\x89PNG")
 
 
 def test_text_is_drawn_without_any_system_font() -> None:
@@ -366,11 +380,36 @@ def test_text_is_drawn_without_any_system_font() -> None:
 
 
 def test_png_is_bounded_and_the_drawing_does_not_change_from_run_to_run() -> None:
-    drawing = overlay_svg(sample_report(), sample_grid())
-    image = Image.open(io.BytesIO(overlay_png(drawing)))
+    drawing = drawing_of(sample_report(), sample_grid())
+    image = Image.open(io.BytesIO(draw_overlay(sample_report(), sample_grid()).png()))
 
     assert max(image.size) == 1600
-    assert drawing == overlay_svg(sample_report(), sample_grid())
+    assert drawing == drawing_of(sample_report(), sample_grid())
+
+
+def test_arcs_stay_visible_on_the_map_of_a_whole_building() -> None:
+    p = np.zeros((4000, 4000), np.float32)
+    p[0, 0] = p[-1, -1] = 1.0
+    drawing = drawing_of(sample_report(), trinarize(Grid(p, 0.05, ORIGIN)))
+
+    assert numbers(arc_of(drawing, "1A").findall("s:path", NS)[-1].attrib["d"])[2] == 8
+    assert "arcs larger than true" in texts(drawing)
+    assert "arcs larger than true" not in texts(drawing_of(sample_report(), sample_grid()))
+
+
+def test_pixels_show_what_the_drawing_shows() -> None:
+    """The PNG averages fine cells itself; a wall must end up at the same place as in the drawing."""
+    p = np.zeros((3000, 3000), np.float32)
+    p[1000:1040, :] = 1.0
+    p[0, 0] = p[-1, -1] = 1.0
+    overlay = draw_overlay(
+        replace(sample_report(), attributes=sample_attributes(())), trinarize(Grid(p, 0.05))
+    )
+    ours = np.asarray(Image.open(io.BytesIO(overlay.png())).convert("L"), float)
+    plain = fonts.svg_to_png(overlay.svg(), ours.shape[1], ours.shape[0])
+    theirs = np.asarray(Image.open(io.BytesIO(plain)).convert("L"), float)
+
+    assert np.abs(ours - theirs).mean() < 1.5
 
 
 @pytest.mark.parametrize(("longest", "nice"), [(1.0, 1.0), (1.99, 1.0), (2.0, 2.0), (7.3, 5.0), (0.03, 0.02)])
@@ -382,7 +421,7 @@ def test_noise_of_2000_by_2000_cells_stays_below_two_megabytes() -> None:
     p = np.random.default_rng(1).choice(np.array([0.0, 1.0, np.nan], np.float32), (2000, 2000))
     grid = trinarize(Grid(p, 0.05, Pose2(), source=Source("noise", "00" * 32)))
 
-    assert len(overlay_svg(sample_report(), grid)) < 1_500_000
+    assert len(drawing_of(sample_report(), grid)) < 1_500_000
 
 
 def test_sample_is_in_order() -> None:

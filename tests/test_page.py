@@ -16,7 +16,7 @@ from PIL import Image
 
 from fidmap.model import BarrelPart, Report, Value
 from fidmap.report.json_line import Document, error_document, report_document
-from fidmap.report.overlay import overlay_svg
+from fidmap.report.overlay import draw_overlay
 from fidmap.report.page import DETECTIONS_UP_TO, index_page, report_page
 from fidmap.report.rows import Row
 from sample_report import SETTINGS_DOCUMENT, sample_attributes, sample_grid, sample_report
@@ -30,7 +30,7 @@ def document(report: Report) -> Document:
 
 def page(report: Report | None = None) -> str:
     report = report or sample_report()
-    return report_page(document(report), overlay_svg(report, sample_grid()))
+    return report_page(document(report), draw_overlay(report, sample_grid()).svg())
 
 
 class Reader(HTMLParser):

@@ -168,7 +168,7 @@ def test_a_file_in_place_of_the_folder_is_one_sentence(tmp_path: Path) -> None:
 
 
 def test_a_folder_that_even_root_cannot_make() -> None:
-    with pytest.raises(OutputError, match="^/proc/fidmap: no report can be written there"):
+    with pytest.raises(OutputError, match=r"^/proc/fidmap: no report can be written"):
         write_report(Path("/proc/fidmap"), "m28", content())
 
 

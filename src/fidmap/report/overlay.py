@@ -1,20 +1,22 @@
 """The drawing of one scored map: arcs as they were fitted, parts that are missing, errors as arrows.
 
-`marks` says what to draw; this file says how. Arcs are drawn at their true place and size; only the error
-arrows are enlarged, by the factor that the legend names, because a good map's errors are below a pixel.
+`marks` says what to draw; this file says how. Arcs are drawn at their true place and, unless they would
+vanish, size; short error arrows are enlarged by the factor that the legend names.
 """
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from fidmap.model import Label, Report, TrinaryGrid
 from fidmap.report import fonts, svg
-from fidmap.report.overlay_frame import legend_rows, sheet_around
-from fidmap.report.overlay_scene import LABELLED_UP_TO, Arrows, Scene
+from fidmap.report.overlay_frame import Sheet, legend_rows, sheet_around
+from fidmap.report.overlay_scene import LABELLED_UP_TO, Arrows, Scene, shown_radius
 from fidmap.report.overlay_style import STYLES, arrow_sample, sample, swatch
 from fidmap.report.states import Mark, State, marks
 from fidmap.report.view import View, make_view, picture
@@ -25,15 +27,44 @@ DRAWN_UP_TO = 1500  # arcs; a noise map may hold many more and would make the pa
 SMOOTH_BELOW = 1.5  # units per cell under which cells are averaged, so that thin walls do not drop out
 
 
-def overlay_svg(report: Report, grid: TrinaryGrid | None) -> str:
-    """Draw one scored map as a single SVG document without outside references.
+@dataclass(frozen=True)
+class Overlay:
+    """The drawing of one scored map, ready to be written as SVG or PNG.
+
+    over: what lies on the map, from the arcs to the legend. around: the heading.
+    """
+
+    title: str
+    sheet: Sheet
+    around: str
+    over: tuple[str, ...]
+    grid: TrinaryGrid | None
+
+    def svg(self) -> str:
+        """One SVG document without outside references.
+
+        All text in it is escaped, so it may stand inside an HTML page as it is.
+        """
+        return self._document(math.inf)
+
+    def png(self) -> bytes:
+        """The same as pixels, 1600 on the long side, alike on machines with and without fonts."""
+        zoom = PNG_LONG_SIDE / max(self.sheet.width, self.sheet.height)
+        width, height = (max(1, round(side * zoom)) for side in (self.sheet.width, self.sheet.height))
+        return fonts.svg_to_png(self._document(zoom), width, height)
+
+    def _document(self, pixels_per_unit: float) -> str:
+        base = "" if self.grid is None else _base(self.grid, self.sheet.view, pixels_per_unit)
+        panel = self.sheet.panel(base, has_map=self.grid is not None)
+        return self.sheet.document(self.title, [self.around, panel, *self.over])
+
+
+def draw_overlay(report: Report, grid: TrinaryGrid | None) -> Overlay:
+    """Draw one scored map.
 
     Args:
         report: what the evaluation found.
         grid: the trinarized map, None where only points were given.
-
-    Returns:
-        SVG text; all of it is escaped, so it may stand inside an HTML page as it is.
     """
     found = marks(report)
     drawn = found[max(0, len(found) - DRAWN_UP_TO) :]
@@ -41,31 +72,13 @@ def overlay_svg(report: Report, grid: TrinaryGrid | None) -> str:
     points = np.array([(mark.x_m, mark.y_m) for mark in drawn] + ends, float).reshape(-1, 2)
     window = make_view(grid, points, report.arena.radius_m)
     arrows = Arrows.of(drawn, window)
-    legend = _legend(found, report, arrows, grid is not None)
+    legend = _legend(found, arrows, report, window, grid is not None)
     sheet = sheet_around(window, legend_rows(legend, window.width))
     scene = Scene(drawn, sheet.view, arrows, report.arena.radius_m)
-    parts = [
-        sheet.heading(*_headings(report)),
-        sheet.panel(_base(grid, sheet.view), has_map=grid is not None),
-        *scene.elements(),
-        sheet.frame(),
-        sheet.footer(),
-    ]
-    return sheet.document(f"Overlay of {clean(report.map.name)}", parts)
-
-
-def overlay_png(drawing: str) -> bytes:
-    """The same drawing as pixels, at most 1600 on the long side, alike on machines with and without fonts."""
-    width, height = _size_of(drawing)
-    zoom = PNG_LONG_SIDE / max(width, height)
-    return fonts.svg_to_png(drawing, max(1, round(width * zoom)), max(1, round(height * zoom)))
-
-
-def _size_of(drawing: str) -> tuple[float, float]:
-    """Width and height from the viewBox that `Sheet.document` writes first."""
-    start = drawing.index('viewBox="') + len('viewBox="')
-    _, _, width, height = drawing[start : drawing.index('"', start)].split()
-    return float(width), float(height)
+    over = (*scene.elements(), sheet.frame(), sheet.footer())
+    return Overlay(
+        f"Overlay of {clean(report.map.name)}", sheet, sheet.heading(*_headings(report)), over, grid
+    )
 
 
 def _headings(report: Report) -> tuple[str, str, str]:
@@ -78,12 +91,13 @@ def _headings(report: Report) -> tuple[str, str, str]:
     )
 
 
-def _base(grid: TrinaryGrid | None, view: View) -> str:
-    """The map itself, embedded; empty where there is none."""
-    base = None if grid is None else picture(grid, view)
+def _base(grid: TrinaryGrid, view: View, pixels_per_unit: float) -> str:
+    """The map itself, embedded; empty where the window shows nothing of it."""
+    base = picture(grid, view, pixels_per_unit)
     if base is None:
         return ""
-    is_smooth = view.scale * base.cells_per_pixel < SMOOTH_BELOW
+    # An averaged picture already has the drawing's own pixels.
+    is_smooth = pixels_per_unit == math.inf and view.scale * base.cells_per_pixel < SMOOTH_BELOW
     return svg.tag(
         "image",
         x=view.left + (base.left_column - view.left_column) * view.scale,
@@ -97,7 +111,9 @@ def _base(grid: TrinaryGrid | None, view: View) -> str:
     )
 
 
-def _legend(found: Sequence[Mark], report: Report, arrows: Arrows, has_map: bool) -> list[tuple[str, str]]:
+def _legend(
+    found: Sequence[Mark], arrows: Arrows, report: Report, view: View, has_map: bool
+) -> list[tuple[str, str]]:
     """Sample and text of each state that occurs, with its count; then what else needs a word."""
     counts = Counter(mark.state for mark in found)
     lost = sum(part.barrel is None for part in report.attributes.parts) - counts[State.MISSING]
@@ -114,6 +130,8 @@ def _legend(found: Sequence[Mark], report: Report, arrows: Arrows, has_map: bool
             else f"position error, drawn {arrows.factor} times as long"
         )
         rows.append((arrow_sample(), words))
+    if shown_radius(report.arena.radius_m, view) > report.arena.radius_m * view.units_per_metre:
+        rows.append(("", "arcs larger than true"))
     if has_map:
         greys = {Label.FREE: "free", Label.UNKNOWN: "unknown", Label.OCCUPIED: "occupied"}
         rows += [(swatch(label), word) for label, word in greys.items()]

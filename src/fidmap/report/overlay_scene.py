@@ -19,6 +19,7 @@ from fidmap.report.wording import clean, metres
 LABEL_SIZE = 16.0
 LABELLED_UP_TO = 300  # a noise map may hold thousands of arcs; numbers beyond help nobody
 FACTORS = (1, 5, 10, 20, 50)
+LEAST_RADIUS = 8.0  # drawing units
 LONG_ARROW, MIDDLE_ARROW, LEAST_ARROW = 40.0, 30.0, 11.0  # drawing units
 
 
@@ -50,6 +51,11 @@ def has_error(mark: Mark) -> bool:
     return mark.expected_xy is not None and mark.state not in {State.MISSING, State.UNASSIGNED}
 
 
+def shown_radius(radius_m: float, view: View) -> float:
+    """Radius of the arcs in drawing units: true, but on maps of whole buildings large enough to be seen."""
+    return max(LEAST_RADIUS, radius_m * view.units_per_metre)
+
+
 @dataclass(frozen=True)
 class Scene:
     """The arcs, arrows and labels of one drawing."""
@@ -62,7 +68,7 @@ class Scene:
     @property
     def radius(self) -> float:
         """Radius of the arcs in drawing units."""
-        return self.radius_m * self.view.units_per_metre
+        return shown_radius(self.radius_m, self.view)
 
     def elements(self) -> list[str]:
         """Arcs lowest, then arrows, labels on top: what is read must not be covered."""

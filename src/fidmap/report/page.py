@@ -35,12 +35,12 @@ def report_page(document: Document, drawing: str) -> str:
 
     Args:
         document: the report document.
-        drawing: SVG text of the overlay, from `overlay_svg`.
+        drawing: SVG text of the overlay, from `draw_overlay`.
     """
     detections, provenance = document["detections"], dict(document["provenance"])
     return _environment().get_template("report.html.j2").render(
         report=document,
-        drawing=Markup(drawing),  # noqa: S704 made and escaped by overlay_svg
+        drawing=Markup(drawing),  # noqa: S704 made and escaped by draw_overlay
         attributes=_attribute_rows(document),
         findings=sorted_findings(document["findings"]),
         parts=document["parts"],

@@ -383,7 +383,7 @@ def test_png_is_bounded_and_the_drawing_does_not_change_from_run_to_run() -> Non
     drawing = drawing_of(sample_report(), sample_grid())
     image = Image.open(io.BytesIO(draw_overlay(sample_report(), sample_grid()).png()))
 
-    assert max(image.size) == 1600
+    assert max(image.size) == 1400
     assert drawing == drawing_of(sample_report(), sample_grid())
 
 

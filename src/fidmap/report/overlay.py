@@ -22,7 +22,7 @@ from fidmap.report.states import Mark, State, marks
 from fidmap.report.view import View, make_view, picture
 from fidmap.report.wording import clean, percent
 
-PNG_LONG_SIDE = 1600
+PNG_LONG_SIDE = 1400  # labels stay readable; encoding is most of the time that a picture takes
 DRAWN_UP_TO = 1500  # arcs; a noise map may hold many more and would make the page heavy
 SMOOTH_BELOW = 1.5  # units per cell under which cells are averaged, so that thin walls do not drop out
 
@@ -48,7 +48,7 @@ class Overlay:
         return self._document(math.inf)
 
     def png(self) -> bytes:
-        """The same as pixels, 1600 on the long side, alike on machines with and without fonts."""
+        """The same as pixels, 1400 on the long side, alike on machines with and without fonts."""
         zoom = PNG_LONG_SIDE / max(self.sheet.width, self.sheet.height)
         width, height = (max(1, round(side * zoom)) for side in (self.sheet.width, self.sheet.height))
         return fonts.svg_to_png(self._document(zoom), width, height)

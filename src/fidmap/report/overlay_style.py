@@ -76,7 +76,7 @@ def arrow_sample() -> str:
 
 def hex_grey(label: Label) -> str:
     """The grey of a label as SVG writes it."""
-    return "#{:02x}{:02x}{:02x}".format(*GREYS[label])
+    return "#" + 3 * f"{GREYS[label]:02x}"
 
 
 def swatch(label: Label) -> str:

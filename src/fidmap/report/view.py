@@ -17,7 +17,7 @@ import numpy.typing as npt
 from fidmap.grid import metres_to_cells
 from fidmap.model import FloatArray, Label, Pose2, TrinaryGrid
 
-GREYS = {Label.FREE: (255, 255, 255), Label.UNKNOWN: (214, 217, 221), Label.OCCUPIED: (58, 63, 70)}
+GREYS = {Label.FREE: 255, Label.UNKNOWN: 216, Label.OCCUPIED: 62}
 LONG_SIDE = 1160.0  # of the map in drawing units; labels are chosen to be read at this size
 ASPECT = 3.0  # a longer map is padded: labels need room
 PICTURE_CELLS = 2400  # on the long side; beyond, several cells share a pixel
@@ -167,7 +167,7 @@ def _png(labels: npt.NDArray[np.uint8]) -> bytes:
     from PIL import Image
 
     image = Image.fromarray(np.ascontiguousarray(labels), mode="P")
-    image.putpalette([channel for label in sorted(GREYS) for channel in GREYS[label]])
+    image.putpalette([GREYS[label] for label in sorted(GREYS) for _ in range(3)])
     target = io.BytesIO()
     image.save(target, "PNG", bits=2)
     return target.getvalue()
@@ -177,9 +177,7 @@ def _averaged_png(labels: npt.NDArray[np.uint8], pixels_per_cell: float) -> byte
     """A grey PNG with fewer pixels than cells; a thin wall becomes lighter but stays."""
     import cv2
 
-    greys = np.zeros(len(GREYS), np.uint8)
-    for label, colour in GREYS.items():
-        greys[label] = round(sum(colour) / len(colour))
+    greys = np.array([GREYS[label] for label in sorted(GREYS)], np.uint8)
     rows, columns = (max(1, round(size * pixels_per_cell)) for size in labels.shape)
     image = cv2.resize(greys[labels], (columns, rows), interpolation=cv2.INTER_AREA)
     return cv2.imencode(".png", image, [cv2.IMWRITE_PNG_COMPRESSION, 1])[1].tobytes()

@@ -48,7 +48,7 @@ class RingSampler:
         """labels: (H, W) of `Label`; radius in cells."""
         self.radius = radius
         self.angles = int(np.clip(16 * np.ceil(2 * np.pi * (radius + 2) / 0.8 / 16), 64, 256))
-        self.theta: FloatArray = np.arange(self.angles) * (2 * np.pi / self.angles)
+        self.theta: FloatArray = np.linspace(0, 2 * np.pi, self.angles, endpoint=False)
         self.directions: FloatArray = np.stack([np.sin(self.theta), np.cos(self.theta)], axis=1)
         self.near = np.arange(-min(NEAR, radius - 1.0), NEAR + 0.01, STEP)
         self.deep = -radius * np.array([0.75, 0.6, 0.45, 0.3])

@@ -17,8 +17,7 @@ def centre_candidates(labels: Image, radius: float, min_votes: float = 0.2) -> F
     labels: (H, W) of `Label`; radius in cells. Returns (N, 2) (row, column) continuous cell coordinates, most
     votes first. Seven passes over the map: two comparisons, a dilation, three small blurs, a maximum filter.
     """
-    occupied = cv2.compare(labels, int(Label.OCCUPIED), cv2.CMP_EQ)
-    free = cv2.compare(labels, int(Label.FREE), cv2.CMP_EQ)
+    occupied, free = mask(labels, Label.OCCUPIED), mask(labels, Label.FREE)
     boundary = cv2.subtract(cv2.dilate(occupied, np.ones((3, 3), np.uint8)), occupied)
     found = cv2.findNonZero(boundary)
     if found is None:
@@ -28,6 +27,11 @@ def centre_candidates(labels: Image, radius: float, min_votes: float = 0.2) -> F
     seen = _free_outside(free, cells, inward)
     votes = _accumulate(labels.shape, cells[seen] + (radius + 1.0) * inward[seen])
     return _peaks(votes, radius, min_votes)
+
+
+def mask(labels: Image, label: Label) -> Image:
+    """(H, W) 255 where a cell has the label, else 0."""
+    return np.asarray(cv2.inRange(labels, np.array([int(label)]), np.array([int(label)])), np.uint8)
 
 
 def _towards_occupied(occupied: Image, cells: npt.NDArray[np.intp], radius: float) -> FloatArray:
@@ -44,7 +48,7 @@ def _towards_occupied(occupied: Image, cells: npt.NDArray[np.intp], radius: floa
         [at(rows + 1, columns) - at(rows - 1, columns), at(rows, columns + 1) - at(rows, columns - 1)], axis=1
     )
     length = np.hypot(gradient[:, 0], gradient[:, 1])
-    return gradient / np.maximum(length, 1e-9)[:, None]
+    return np.asarray(gradient / np.maximum(length, 1e-9)[:, None], np.float64)
 
 
 def _free_outside(free: Image, cells: npt.NDArray[np.intp], inward: FloatArray) -> npt.NDArray[np.bool_]:

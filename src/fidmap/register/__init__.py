@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fidmap.geometry import apply
 from fidmap.model import (
     Arena,
     ArenaFileError,

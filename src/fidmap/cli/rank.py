@@ -64,7 +64,10 @@ def _print_agreement(console: Console, ours: dict[str, tuple], theirs: dict[str,
 
 def _tell_unmatched(ours: Sequence[str], theirs: Sequence[str]) -> None:
     """Names that only one side has."""
-    for side, names in (("not judged", set(ours) - set(theirs)), ("judged, but without a report", set(theirs) - set(ours))):
+    for side, names in (
+        ("not judged", set(ours) - set(theirs)),
+        ("judged, but without a report", set(theirs) - set(ours)),
+    ):
         if names:
             complain(f"note: {side}: {', '.join(sorted(names))}")
 

@@ -114,7 +114,9 @@ def _two_sided_scores(problem: Problem, hypotheses: FloatArray) -> FloatArray:
     apart = angle_between(problem.fiducial_facings[None, :, None], turned[:, None, :])
     worth[apart >= problem.settings.facing_tolerance] = 0.0
     fixed = np.maximum(0.0, 1 - distance[:, problem.fixed[:, 0], problem.fixed[:, 1]] / problem.d_max).sum(axis=1)
-    return np.asarray(fixed + np.minimum(worth.max(axis=1, initial=0).sum(axis=1), worth.max(axis=2, initial=0).sum(axis=1)))
+    return np.asarray(
+        fixed + np.minimum(worth.max(axis=1, initial=0).sum(axis=1), worth.max(axis=2, initial=0).sum(axis=1))
+    )
 
 
 def _place(rotation: FloatArray, source: FloatArray, target: FloatArray, scale: FloatArray) -> FloatArray:

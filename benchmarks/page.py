@@ -5,7 +5,7 @@ from __future__ import annotations
 import platform
 import re
 from collections.abc import Sequence
-from datetime import datetime, timezone
+from datetime import UTC, datetime
 from pathlib import Path
 
 from fidmap.version import __version__
@@ -28,7 +28,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 def write_section(name: str, text: str) -> None:
     """Put a section between its markers, in the order in which sections were first written."""
     page = PAGE.read_text(encoding="utf-8") if PAGE.is_file() else HEAD
-    when = datetime.now(timezone.utc).strftime("%Y-%m-%d")
+    when = datetime.now(UTC).strftime("%Y-%m-%d")
     stamp = f"fidmap {__version__}, Python {platform.python_version()}, {when}."
     section = f"<!-- {name} -->\n{text.strip()}\n\n{stamp}\n<!-- /{name} -->\n"
     pattern = re.compile(rf"<!-- {name} -->.*?<!-- /{name} -->\n", re.S)

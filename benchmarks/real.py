@@ -47,11 +47,8 @@ def playpen() -> str:
         report = evaluate(grid, arena, settings)
         found = [p for p in report.attributes.parts if p.barrel is not None]
         lost = [p.id for p in report.attributes.parts if p.barrel is None]
-        others = [
-            d for d in report.detections
-            if d.confidence >= settings.min_confidence and d.drawn >= math.radians(120) and d not in [p.barrel for p in found]
-        ]  # fmt: skip
-        stray = sum(_far_from(d, arena) for d in others)
+        barrels = {p.barrel.n for p in found if p.barrel is not None}
+        stray = sum(_far_from(d, arena) for d in counted(report.detections) if d.n not in barrels)
         rows.append(
             [
                 f"{settings.min_opening:.2f}", f"{len(found)} of 9", ", ".join(lost) or "none",
@@ -69,8 +66,15 @@ def playpen() -> str:
     return "### playpen (test)\n\n" + table(head, rows)
 
 
+def counted(detections: Sequence[BarrelPart]) -> list[BarrelPart]:
+    """What `fidmap detect` shows by itself: confidence 0.5 and 120 degrees at least."""
+    return [d for d in detections if d.confidence >= 0.5 and d.drawn >= math.radians(120)]
+
+
 def _far_from(detection: BarrelPart, arena: Arena) -> bool:
-    return all(math.hypot(detection.x_m - p.x_m, detection.y_m - p.y_m) > arena.radius_m for p in arena.parts if p.x_m is not None and p.y_m is not None)  # fmt: skip
+    """Whether a detection is nearer than a radius to no part."""
+    truth = np.array([(p.x_m, p.y_m) for p in arena.parts], float)
+    return bool((np.hypot(*(truth - [detection.x_m, detection.y_m]).T) > arena.radius_m).all())
 
 
 def _mean(values: Sequence[float | None]) -> str:
@@ -87,9 +91,7 @@ def tb3_world() -> str:
             continue
         report = evaluate(read_map(path), arena, HALF_OPENING)
         found = [p for p in report.attributes.parts if p.barrel is not None]
-        sure = sum(
-            d.confidence >= HALF_OPENING.min_confidence and d.drawn >= math.radians(120) for d in report.detections
-        )
+        sure = len(counted(report.detections))
         rows.append([path.stem, f"{len(found)} of 9", sure - len(found), _mean([p.relative_error_m for p in found])])
     return "### tb3_world, r = 0.15 m (test)\n\n" + table(["map", "assigned", "others", "mean residual, m"], rows)
 
@@ -98,7 +100,7 @@ def singa() -> str:
     """Half barrels annotated by hand in pixels, in an image without a scale; test data."""
     path = DATA / "robocup2010/singa.png"
     grid = trinarize(read_map(path, resolution_m=0.05))
-    parts = [p for p in find_barrel_parts(grid, 0.3) if p.confidence >= 0.5 and p.drawn >= math.radians(120)]
+    parts = counted(find_barrel_parts(grid, 0.3))
     hand = json.loads((DATA / "robocup2010/circles_by_hand.json").read_text(encoding="utf-8"))
     known = [(f"{b['id']}{k}", b[k]) for b in hand["barrels"] for k in ("A", "B", "whole", "half") if k in b]
     height = grid.labels.shape[0]
@@ -110,7 +112,7 @@ def singa() -> str:
     missed = [name for name, _ in known if name not in hit]
     negatives = np.array([n["at"] for n in hand["hard_negatives"]])
     taken = int((np.linalg.norm(places[:, None] - negatives[None], axis=2) < 4).sum())
-    rows = [
+    rows: list[list[object]] = [
         ["halves within 2 px, 1:1", f"{len(halves)} of 18 ({', '.join(missed) or 'none'} missed)"],
         ["whole barrel", "found" if any("whole" in name for name in hit) else "missed"],
         ["least angle between the facings of a pair", _least_pair_angle(hit)],
@@ -142,9 +144,7 @@ def slam_challenge() -> str:
         name, arena = row["map"], arenas[row["arena"]]
         grid = read_map(folder / "maps" / f"{name}.yaml")
         reports[name] = evaluate(grid, arena)
-        parts = [
-            p for p in find_barrel_parts(trinarize(grid), 0.3) if p.confidence >= 0.5 and p.drawn >= math.radians(120)
-        ]
+        parts = counted(find_barrel_parts(trinarize(grid), 0.3))
         counts[name] = count(parts, read_drawn_parts(folder, name))
         drawn[name] = evaluate_points(_drawn_parts(folder, name), arena)
     text = "### slam_challenge: barrel parts found\n\nRun A2 is tuning data, run R2 is test data.\n\n"

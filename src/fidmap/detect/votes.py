@@ -78,4 +78,4 @@ def _peaks(votes: npt.NDArray[np.float32], radius: float, min_votes: float) -> F
     enough = min_votes * np.pi * radius / (2 * np.pi * (sigma**2 + (0.12 * radius) ** 2))
     rows, columns = np.nonzero((smooth >= highest) & (smooth > enough))
     order = np.argsort(-smooth[rows, columns], kind="stable")
-    return np.stack([rows, columns], axis=1)[order] + 0.5
+    return np.asarray(np.stack([rows, columns], axis=1)[order] + 0.5, np.float64)

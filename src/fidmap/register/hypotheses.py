@@ -61,9 +61,8 @@ def field_scores(problem: Problem, hypotheses: FloatArray) -> FloatArray:
     field = _DistanceField(problem)
     total = np.zeros(len(hypotheses))
     turn = hypotheses[:, 3] * np.exp(1j * hypotheses[:, 0])
-    usable = problem.allowed.any(axis=0)
-    usable[problem.fixed[:, 1]] = True
-    for j in np.flatnonzero(usable):
+    usable = np.union1d(np.flatnonzero(problem.allowed.any(axis=0)), problem.fixed[:, 1])
+    for j in usable:
         x, y = problem.barrels[j]
         moved = turn * (x + 1j * y) + (hypotheses[:, 1] + 1j * hypotheses[:, 2])
         distance = field.look(moved, hypotheses[:, 0] + problem.barrel_facings[j])

@@ -84,12 +84,10 @@ def sample_grid(
 
 def sample_arena() -> Arena:
     parts = tuple(
-        FiducialPart(name, *to_arena(x, y), facing_in_arena(facing), math.pi)
-        for name, (x, y, facing) in PLACES.items()
+        FiducialPart(name, *to_arena(x, y), facing_in_arena(facing), math.pi) for name, (x, y, facing) in PLACES.items()
     )
     groups = tuple(
-        Group(pair, (f"{pair}A", f"{pair}B"), kind)
-        for pair, kind in zip("1234", ["short", "long"] * 2, strict=True)
+        Group(pair, (f"{pair}A", f"{pair}B"), kind) for pair, kind in zip("1234", ["short", "long"] * 2, strict=True)
     )
     return Arena("A2", RADIUS_M, parts, groups, path="arena.yaml", sha256="cd" * 32)
 

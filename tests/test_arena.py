@@ -91,9 +91,7 @@ def test_ids_are_the_words_of_the_file(tmp_path: Path) -> None:
 
 def test_numbers_that_yaml_1_1_takes_for_text_are_numbers(tmp_path: Path) -> None:
     """25e-3 is a string for YAML 1.1 and a number for everybody else."""
-    arena = read(
-        tmp_path, "fidmap_arena: 1\nname: n\nradius_m: 25e-3\nparts: [{id: a, x_m: -4E-17, y_m: +.5}]"
-    )
+    arena = read(tmp_path, "fidmap_arena: 1\nname: n\nradius_m: 25e-3\nparts: [{id: a, x_m: -4E-17, y_m: +.5}]")
     assert (arena.radius_m, arena.parts[0].x_m, arena.parts[0].y_m) == (0.025, -4e-17, 0.5)
 
 
@@ -143,8 +141,7 @@ def test_numbers_that_yaml_1_1_takes_for_text_are_numbers(tmp_path: Path) -> Non
         (HEAD + PAIR.replace("1B", "~"), "parts[1].id: must be a word, not nothing"),
         (
             HEAD + PAIR.replace("1B", "'1B '"),
-            "parts[1].id (part 1B ): must be at most 200 printable characters "
-            "without spaces at its ends, not '1B '",
+            "parts[1].id (part 1B ): must be at most 200 printable characters without spaces at its ends, not '1B '",
         ),
         (
             HEAD + PAIR.replace("facing_deg: 0", "opening_deg: 0"),
@@ -157,8 +154,7 @@ def test_numbers_that_yaml_1_1_takes_for_text_are_numbers(tmp_path: Path) -> Non
         (HEAD + PAIR.replace(", y_m: 3", ""), "parts[1] (part 1B): x_m without y_m, give both or none"),
         (
             HEAD + PAIR.replace("x_m: 1, y_m: 3, ", ""),
-            "parts[1] (part 1B): has no position though others have, "
-            "give x_m and y_m for all parts or for none",
+            "parts[1] (part 1B): has no position though others have, give x_m and y_m for all parts or for none",
         ),
         (
             HEAD + "frame: map\nparts: [{id: a}]",
@@ -317,9 +313,7 @@ def test_positions_may_be_missing_for_consistency_alone(tmp_path: Path) -> None:
         max_size=5,
     )
 )
-def test_what_is_written_is_read(
-    tmp_path_factory: pytest.TempPathFactory, rows: list[tuple[float, ...]]
-) -> None:
+def test_what_is_written_is_read(tmp_path_factory: pytest.TempPathFactory, rows: list[tuple[float, ...]]) -> None:
     """Positions come back to the last bit, angles as their radians."""
     keys = ("x_m", "y_m", "facing_deg", "opening_deg")
     parts = [{"id": f"p{i}", **dict(zip(keys, row, strict=True))} for i, row in enumerate(rows)]

@@ -15,9 +15,7 @@ from fidmap.model import Pose2
 from map_files import sentence, write_map, write_pgm, write_yaml
 
 READABLE = "a map_server YAML or a PGM, PNG, BMP or JPEG image"
-TOO_LARGE = (
-    "announces 100000 x 100000 cells; at most 400 million are read, so crop it or save it with larger cells"
-)
+TOO_LARGE = "announces 100000 x 100000 cells; at most 400 million are read, so crop it or save it with larger cells"
 KEYS = "image, resolution, origin, negate, occupied_thresh, free_thresh"
 
 
@@ -31,9 +29,7 @@ def png_header(width: int, height: int) -> bytes:
     """A PNG that announces dimensions and holds nothing."""
     data = b"IHDR" + struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
     idat = b"IDAT" + zlib.compress(b"")
-    chunks = [
-        struct.pack(">I", len(c) - 4) + c + struct.pack(">I", zlib.crc32(c)) for c in (data, idat, b"IEND")
-    ]
+    chunks = [struct.pack(">I", len(c) - 4) + c + struct.pack(">I", zlib.crc32(c)) for c in (data, idat, b"IEND")]
     return b"\x89PNG\r\n\x1a\n" + b"".join(chunks)
 
 
@@ -80,8 +76,7 @@ def png_header(width: int, height: int) -> bytes:
         (
             "m.yaml",
             b"a: &a [1]\nimage: [" + b"*a, " * 40 + b"1]\n",
-            "m.yaml holds more than 16 aliases of YAML; a map file needs none, so write "
-            "its values out plainly",
+            "m.yaml holds more than 16 aliases of YAML; a map file needs none, so write its values out plainly",
         ),
         (
             "m.yaml",
@@ -214,8 +209,7 @@ def test_plain_image_needs_a_resolution(tmp_path: Path) -> None:
     write_pgm(tmp_path, [[0, 254]], "m.pgm")
 
     assert sentence("m.pgm") == (
-        "m.pgm is an image without a YAML beside it that names it; give its scale with "
-        "--resolution M_PER_CELL"
+        "m.pgm is an image without a YAML beside it that names it; give its scale with --resolution M_PER_CELL"
     )
 
 
@@ -235,13 +229,11 @@ def test_image_of_several_yamls(tmp_path: Path) -> None:
     [
         (
             {"resolution_m": float("nan")},
-            "--resolution nan; expected the side of a cell in metres, 1e-05 to 1000, such as "
-            "--resolution 0.05",
+            "--resolution nan; expected the side of a cell in metres, 1e-05 to 1000, such as --resolution 0.05",
         ),
         (
             {"resolution_m": -0.05},
-            "--resolution -0.05; expected the side of a cell in metres, 1e-05 to 1000, such as "
-            "--resolution 0.05",
+            "--resolution -0.05; expected the side of a cell in metres, 1e-05 to 1000, such as --resolution 0.05",
         ),
         (
             {"origin": Pose2(0, float("inf"), 0)},

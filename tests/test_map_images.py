@@ -120,9 +120,7 @@ def test_grey_png_of_any_depth(
     assert (None if raster.transparent is None else raster.transparent.tolist()[0]) == transparent
 
 
-@pytest.mark.parametrize(
-    ("clear", "expected"), [(1, [False, True]), (b"\xff\xfe", [False, True]), (None, None)]
-)
+@pytest.mark.parametrize(("clear", "expected"), [(1, [False, True]), (b"\xff\xfe", [False, True]), (None, None)])
 def test_palette(clear: int | bytes | None, expected: list[bool] | None) -> None:
     """A palette's colours and its transparent entries are looked up, not copied into a colour image."""
     image = Image.new("P", (2, 1))

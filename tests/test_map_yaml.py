@@ -78,9 +78,7 @@ def test_yaml_as_ros_reads_it(tmp_path: Path, changed: dict[str, str]) -> None:
 
 
 SCALARS = st.one_of(
-    st.sampled_from(
-        ["1", "0x", ".nan", "~", "[1, 2, 3]", "{a: b}", "!!int x", "2001-99-99", "*a", "&a 1", "9" * 5000]
-    ),
+    st.sampled_from(["1", "0x", ".nan", "~", "[1, 2, 3]", "{a: b}", "!!int x", "2001-99-99", "*a", "&a 1", "9" * 5000]),
     st.text(max_size=12),
 )
 

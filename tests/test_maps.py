@@ -57,9 +57,7 @@ def labels_of(grid: Grid) -> list[int]:
         ),
     ],
 )
-def test_labels_by_hand(
-    tmp_path: Path, changed: dict[str, str], greys: list[int], expected: list[Label]
-) -> None:
+def test_labels_by_hand(tmp_path: Path, changed: dict[str, str], greys: list[int], expected: list[Label]) -> None:
     """Each mode, negate and threshold gives the labels computed by hand."""
     grid = read_map(write_map(tmp_path, [greys], **changed))
 
@@ -96,9 +94,7 @@ def test_transparent_cells_are_unknown(tmp_path: Path) -> None:
 
 def test_lowest_row_first_and_yaw_about_the_corner(tmp_path: Path) -> None:
     """The image's bottom row is row 0, and a yaw of 90 degrees turns the map about its lower-left corner."""
-    path = write_map(
-        tmp_path, [[0, 254], [254, 254], [254, 254]], resolution="0.5", origin=f"[1, 2, {math.pi / 2}]"
-    )
+    path = write_map(tmp_path, [[0, 254], [254, 254], [254, 254]], resolution="0.5", origin=f"[1, 2, {math.pi / 2}]")
     grid = read_map(path)
     row, column = np.argwhere(trinarize(grid).labels == X)[0]
     centre = cells_to_metres(np.array([[row + 0.5, column + 0.5]]), grid.resolution_m, grid.origin)
@@ -221,9 +217,7 @@ def test_agrees_with_a_slow_second_implementation(
     grey = np.arange(256, dtype=np.uint8).reshape(16, 16)
     clear = None if alpha is None else np.random.default_rng(alpha).random((16, 16)) < 0.3
     meaning = Meaning(0.05, negate=negate, free_thresh=free, occupied_thresh=occupied, mode=mode)
-    got = trinarize(
-        to_grid(Raster(grey, clear), meaning, code_table(meaning), Grid(np.zeros((1, 1)), 1).source)
-    )
+    got = trinarize(to_grid(Raster(grey, clear), meaning, code_table(meaning), Grid(np.zeros((1, 1)), 1).source))
 
     for row in range(16):
         for column in range(16):

@@ -73,9 +73,7 @@ def test_odd_map_of_broken_yaml() -> None:
     with pytest.raises(MapFileError) as caught:
         read_map(path)
 
-    assert str(caught.value) == (
-        f"{path} is not valid YAML in line 7 (could not find expected ':'); correct that line"
-    )
+    assert str(caught.value) == (f"{path} is not valid YAML in line 7 (could not find expected ':'); correct that line")
 
 
 def test_every_odd_map_is_listed() -> None:

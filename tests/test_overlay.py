@@ -130,12 +130,8 @@ def test_the_drawing_keeps_the_image_upright_and_turns_the_points() -> None:
 
 
 def test_missing_parts_face_where_the_registration_turns_them() -> None:
-    assert facing_in_map(math.radians(100), Transform(rotation=math.radians(10))) == pytest.approx(
-        math.pi / 2
-    )
-    assert facing_in_map(math.radians(100), Transform(math.radians(10), mirrored=True)) == pytest.approx(
-        -math.pi / 2
-    )
+    assert facing_in_map(math.radians(100), Transform(rotation=math.radians(10))) == pytest.approx(math.pi / 2)
+    assert facing_in_map(math.radians(100), Transform(math.radians(10), mirrored=True)) == pytest.approx(-math.pi / 2)
     arc = arc_of(drawing_of(sample_report(), sample_grid()), "3B")
     line = arc.findall("s:path", NS)[1]
     x0, y0, *_, x1, y1 = numbers(line.attrib["d"])
@@ -150,9 +146,7 @@ def test_a_missing_part_without_facing_is_a_dashed_circle() -> None:
     parts = (*sample_arena().parts[:5], whole, *sample_arena().parts[6:])
     report = replace(sample_report(), arena=replace(sample_arena(), parts=parts))
 
-    assert (
-        arc_of(drawing_of(report, sample_grid()), "3B").findall("s:circle", NS)[1].attrib["stroke-dasharray"]
-    )
+    assert arc_of(drawing_of(report, sample_grid()), "3B").findall("s:circle", NS)[1].attrib["stroke-dasharray"]
 
 
 def test_states_are_counted_in_the_legend() -> None:
@@ -172,9 +166,7 @@ def test_only_states_that_occur_are_in_the_legend() -> None:
 
 def test_parts_without_a_place_are_counted_too() -> None:
     attributes = sample_report().attributes
-    lost = tuple(
-        replace(part, barrel=None, expected_x_m=None, expected_y_m=None) for part in attributes.parts
-    )
+    lost = tuple(replace(part, barrel=None, expected_x_m=None, expected_y_m=None) for part in attributes.parts)
     report = replace(
         sample_report(),
         attributes=replace(attributes, parts=lost),
@@ -351,9 +343,7 @@ HOSTILE = "a<script>alert(1)</script>&\"'\x00\x1b[31m\u202e\udcff/]]>.yaml"
 
 def test_hostile_names_are_text() -> None:
     part = replace(sample_arena().parts[5], id="<b>&\x07")
-    arena = replace(
-        sample_arena(), name=HOSTILE, parts=(*sample_arena().parts[:5], part, *sample_arena().parts[6:])
-    )
+    arena = replace(sample_arena(), name=HOSTILE, parts=(*sample_arena().parts[:5], part, *sample_arena().parts[6:]))
     attributes = sample_report().attributes
     results = (*attributes.parts[:5], replace(attributes.parts[5], id=part.id), *attributes.parts[6:])
     report = replace(sample_report(HOSTILE), arena=arena, attributes=replace(attributes, parts=results))
@@ -374,9 +364,7 @@ def test_text_is_drawn_without_any_system_font() -> None:
 
     dark = np.asarray(Image.open(io.BytesIO(png)).convert("L")) < 128
     assert dark.sum() > 200
-    assert dark.any(axis=0).nonzero()[0].max() == pytest.approx(
-        5 + fonts.text_width("1A ä € 93.2 %", 24), abs=4
-    )
+    assert dark.any(axis=0).nonzero()[0].max() == pytest.approx(5 + fonts.text_width("1A ä € 93.2 %", 24), abs=4)
 
 
 def test_png_is_bounded_and_the_drawing_does_not_change_from_run_to_run() -> None:
@@ -402,9 +390,7 @@ def test_pixels_show_what_the_drawing_shows() -> None:
     p = np.zeros((3000, 3000), np.float32)
     p[1000:1040, :] = 1.0
     p[0, 0] = p[-1, -1] = 1.0
-    overlay = draw_overlay(
-        replace(sample_report(), attributes=sample_attributes(())), trinarize(Grid(p, 0.05))
-    )
+    overlay = draw_overlay(replace(sample_report(), attributes=sample_attributes(())), trinarize(Grid(p, 0.05)))
     ours = np.asarray(Image.open(io.BytesIO(overlay.png())).convert("L"), float)
     plain = fonts.svg_to_png(overlay.svg(), ours.shape[1], ours.shape[0])
     theirs = np.asarray(Image.open(io.BytesIO(plain)).convert("L"), float)

@@ -46,9 +46,7 @@ class Reader(HTMLParser):
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         """Note a tag and its addresses."""
         self.tags.append(tag)
-        self.addresses += [
-            value or "" for key, value in attrs if key in {"src", "href", "xlink:href", "srcset"}
-        ]
+        self.addresses += [value or "" for key, value in attrs if key in {"src", "href", "xlink:href", "srcset"}]
 
     def handle_data(self, data: str) -> None:
         """Note visible text."""
@@ -76,11 +74,7 @@ def test_a_page_says_everything() -> None:
 def test_findings_come_with_the_gravest_first() -> None:
     text = Reader(page()).text
 
-    assert (
-        text.index("(unknown-loads-as-free)")
-        < text.index("(doubtful-assignment)")
-        < text.index("(survey-sigma)")
-    )
+    assert text.index("(unknown-loads-as-free)") < text.index("(doubtful-assignment)") < text.index("(survey-sigma)")
 
 
 def test_a_page_asks_for_nothing_outside_itself() -> None:
@@ -188,9 +182,7 @@ def screenshot(file: Path, width: int, folder: Path) -> Image.Image:
         f"--screenshot={picture}",
         f"--window-size={width},1600",
     ]
-    subprocess.run(
-        [browser(), *options, *places, file.as_uri()], check=True, capture_output=True, timeout=120
-    )
+    subprocess.run([browser(), *options, *places, file.as_uri()], check=True, capture_output=True, timeout=120)
     return Image.open(picture).convert("RGB")
 
 

@@ -49,9 +49,7 @@ def test_ranks_agree_with_table_3_but_in_eight_cells() -> None:
     disagreeing = []
     for index, row in enumerate(TABLE_3):
         for name, cell in zip(ATTRIBUTES, row.split(), strict=True):
-            for who, found, printed in zip(
-                ("metric", "human"), (metric(), human()), cell.split("/"), strict=True
-            ):
+            for who, found, printed in zip(("metric", "human"), (metric(), human()), cell.split("/"), strict=True):
                 if str(found[name][index]) != printed:
                     disagreeing.append((index + 1, name, who, printed, str(found[name][index])))
     assert disagreeing == [

@@ -140,9 +140,7 @@ _PARTS = st.lists(
 
 @settings(derandomize=True, deadline=None, max_examples=200)
 @given(_PARTS)
-def test_reading_back_gives_the_same_parts(
-    tmp_path_factory: pytest.TempPathFactory, parts: list[BarrelPart]
-) -> None:
+def test_reading_back_gives_the_same_parts(tmp_path_factory: pytest.TempPathFactory, parts: list[BarrelPart]) -> None:
     """To the last bit, so that an unchanged file gives the same scores and the same JSON."""
     folder = tmp_path_factory.getbasetemp()
     assert read(folder, points_csv(parts, [None] * len(parts))) == tuple(parts)

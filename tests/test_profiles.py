@@ -174,9 +174,7 @@ _PROFILES = st.fixed_dictionaries(
 
 @settings(derandomize=True, deadline=None, max_examples=150)
 @given(_PROFILES)
-def test_settings_survive_being_shown(
-    tmp_path_factory: pytest.TempPathFactory, document: dict[str, Any]
-) -> None:
+def test_settings_survive_being_shown(tmp_path_factory: pytest.TempPathFactory, document: dict[str, Any]) -> None:
     """Whatever a profile file says, the report's settings say it again, to the last bit."""
     folder = tmp_path_factory.getbasetemp()
     read_once = read(folder, json.dumps(document))

@@ -134,9 +134,7 @@ def test_corrections_that_were_forgotten_are_kept_beside(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize("has_report", [False, True])
-def test_nothing_is_left_when_the_disk_fails(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, has_report: bool
-) -> None:
+def test_nothing_is_left_when_the_disk_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, has_report: bool) -> None:
     if has_report:
         write_report(tmp_path, "m28", content())
     real = Path.write_bytes
@@ -160,9 +158,7 @@ def test_a_file_in_place_of_the_folder_is_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(OutputError) as caught:
         write_report(place, "m28", content())
 
-    assert str(caught.value) == (
-        f"{place}: no report can be written there (File exists); choose another --out."
-    )
+    assert str(caught.value) == (f"{place}: no report can be written there (File exists); choose another --out.")
     with pytest.raises(OutputError, match="choose another --out"):
         write_index(place, "<p>")
 

@@ -121,9 +121,7 @@ def test_parts_say_what_became_of_them() -> None:
 
 def test_a_larger_group_lists_its_pairs() -> None:
     attributes = sample_report().attributes
-    pairs = tuple(
-        PairResult(pair, 1.0, 1.1, 0.1, 0.08) for pair in [("1A", "1B"), ("1A", "2A"), ("1B", "2A")]
-    )
+    pairs = tuple(PairResult(pair, 1.0, 1.1, 0.1, 0.08) for pair in [("1A", "1B"), ("1A", "2A"), ("1B", "2A")])
     found = document(attributes=replace(attributes, groups=(GroupResult("room", "room", pairs, 0.08),)))
 
     (group,) = found["groups"]

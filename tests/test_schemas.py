@@ -74,9 +74,7 @@ DETECT = """
 """
 ERROR = {"map": "m.yaml", "error": {"code": "map-file", "text": "m.yaml: no such file"}}
 
-GOOD = {
-    name: yaml.safe_load(text) for name, text in zip(NAMES, (ARENA, PROFILE, REPORT, DETECT), strict=True)
-}
+GOOD = {name: yaml.safe_load(text) for name, text in zip(NAMES, (ARENA, PROFILE, REPORT, DETECT), strict=True)}
 
 
 def faults(name: str, document: object) -> list[str]:

@@ -134,9 +134,7 @@ def test_skew_turns_the_sweep_with_the_robot():
 
     straight, turned = (scan(room(), poses, laser, np.random.default_rng(3)) for laser in (EXACT, skewed))
 
-    early = cast(
-        room().walls, room().arcs, np.array([[2.0, 2.0, 0.2 - math.radians(135) - 4 / 9 * 0.1, 0.1]]), 1
-    )
+    early = cast(room().walls, room().arcs, np.array([[2.0, 2.0, 0.2 - math.radians(135) - 4 / 9 * 0.1, 0.1]]), 1)
     assert turned.ranges[1, 0] == pytest.approx(early[0][0, 0])
     assert turned.ranges[1, 0] != pytest.approx(straight.ranges[1, 0])
     assert turned.ranges[1, 540] == pytest.approx(straight.ranges[1, 540])

@@ -37,8 +37,7 @@ def test_jitter_is_independent_and_of_the_size_asked_for():
 def test_sway_is_slow_and_of_the_size_asked_for():
     """Over many runs its deviation is the one asked for; neighbours are nearly equal."""
     runs = [
-        estimated_poses(LINE, PoseNoise(sway_m=0.03, memory=20), np.random.default_rng(seed))[:, 0]
-        - LINE[:, 0]
+        estimated_poses(LINE, PoseNoise(sway_m=0.03, memory=20), np.random.default_rng(seed))[:, 0] - LINE[:, 0]
         for seed in range(30)
     ]
 

@@ -15,16 +15,12 @@ from fidmap.synth.suite import CaseSpec, make_case
 from fidmap.synth.truth import part_truths
 from test_synth_laser import EXACT, room
 
-AROUND = np.array(
-    [[2.0 + 1.5 * math.cos(a), 2.0 + 1.5 * math.sin(a), 0.0] for a in np.linspace(0.8, 5.5, 40)]
-)
+AROUND = np.array([[2.0 + 1.5 * math.cos(a), 2.0 + 1.5 * math.sin(a), 0.0] for a in np.linspace(0.8, 5.5, 40)])
 
 
 def test_exact_poses_draw_parts_where_they_are():
     """In the arena's own frame drawn centres and facings are the true ones; nearly all parts are drawn."""
-    case = make_case(
-        np.random.default_rng(1), CaseSpec(ArenaSpec(pairs=4, void_pairs=1, wholes=1, wall_m=0.03))
-    )
+    case = make_case(np.random.default_rng(1), CaseSpec(ArenaSpec(pairs=4, void_pairs=1, wholes=1, wall_m=0.03)))
 
     assert len(case.truths) == len(case.arena.arena.parts)
     for truth, part in zip(case.truths, case.arena.arena.parts, strict=True):

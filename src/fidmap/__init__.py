@@ -1,5 +1,56 @@
-"""fidmap scores robot maps by the fiducials drawn in them (SSRR 2011, the Fiducial Map Metric)."""
+"""fidmap scores robot maps by the fiducials drawn in them (the Fiducial Map Metric, SSRR 2011).
+
+grid = fidmap.read_map("map.yaml")
+arena = fidmap.read_arena("arena.yaml")
+report = fidmap.evaluate(grid, arena)
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from fidmap.version import __version__
 
-__all__ = ["__version__"]
+if TYPE_CHECKING:
+    from fidmap.arena import read_arena
+    from fidmap.detect import find_barrel_parts
+    from fidmap.evaluate import evaluate, evaluate_points
+    from fidmap.grid import trinarize
+    from fidmap.maps import read_map
+    from fidmap.points import read_points
+    from fidmap.profiles import profile, read_profile
+
+__all__ = [
+    "__version__",
+    "evaluate",
+    "evaluate_points",
+    "find_barrel_parts",
+    "profile",
+    "read_arena",
+    "read_map",
+    "read_points",
+    "read_profile",
+    "trinarize",
+]
+
+_HOME = {
+    "evaluate": "evaluate",
+    "evaluate_points": "evaluate",
+    "find_barrel_parts": "detect",
+    "profile": "profiles",
+    "read_arena": "arena",
+    "read_map": "maps",
+    "read_points": "points",
+    "read_profile": "profiles",
+    "trinarize": "grid",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first used, so that `fidmap --help` stays quick."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'fidmap' has no attribute {name!r}")
+    value = getattr(import_module(f"fidmap.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value

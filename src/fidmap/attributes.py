@@ -28,9 +28,7 @@ from fidmap.scoring import clipped_loss
 NOTHING_ASSIGNED = "no part is assigned"
 
 
-def attributes(
-    parts: tuple[BarrelPart, ...], arena: Arena, assignment: Assignment, settings: Settings
-) -> Attributes:
+def attributes(parts: tuple[BarrelPart, ...], arena: Arena, assignment: Assignment, settings: Settings) -> Attributes:
     """All attributes, what became of each part and group, and the weighted mean."""
     results = part_results(parts, arena, assignment)
     groups = group_results(results, arena, settings)
@@ -106,9 +104,7 @@ def consistency(classes: dict[str, Value]) -> Value:
     if not {SHORT, LONG} & set(classes):
         return Value(None, "the arena has no short or long groups")
     known = [v.value for name, v in classes.items() if name in {SHORT, LONG} and v.value is not None]
-    return (
-        Value(float(np.mean(known))) if known else Value(None, "no short or long group has an assigned part")
-    )
+    return Value(float(np.mean(known))) if known else Value(None, "no short or long group has an assigned part")
 
 
 def weighted_mean(
@@ -121,9 +117,7 @@ def weighted_mean(
     values = by_name | {name: v for name, v in classes.items() if name not in by_name}
     wanted = {name: weight for name, weight in settings.weights.items() if weight > 0}
     missing = [name for name in ATTRIBUTES if by_name[name].value is None]
-    missing += [
-        name for name in wanted if name not in by_name and values.get(name, Value(None)).value is None
-    ]
+    missing += [name for name in wanted if name not in by_name and values.get(name, Value(None)).value is None]
     known = {n: (w, v) for n, w in wanted.items() if n in values and (v := values[n].value) is not None}
     if not known:
         return Value(None, "none of the weighted attributes can be computed"), tuple(missing)
@@ -131,9 +125,7 @@ def weighted_mean(
     return Value(float(sum(weight * value for weight, value in known.values()) / total)), tuple(missing)
 
 
-def part_results(
-    parts: tuple[BarrelPart, ...], arena: Arena, assignment: Assignment
-) -> tuple[PartResult, ...]:
+def part_results(parts: tuple[BarrelPart, ...], arena: Arena, assignment: Assignment) -> tuple[PartResult, ...]:
     """Errors of the assigned parts and the expected places of all parts, in the map's frame."""
     move = assignment.transform
     results = []
@@ -150,9 +142,7 @@ def part_results(
     return tuple(results)
 
 
-def group_results(
-    results: tuple[PartResult, ...], arena: Arena, settings: Settings
-) -> tuple[GroupResult, ...]:
+def group_results(results: tuple[PartResult, ...], arena: Arena, settings: Settings) -> tuple[GroupResult, ...]:
     """Distances and losses of all groups; a group's loss is the mean over its pairs with an assigned part."""
     barrel = {r.id: r.barrel for r in results}
     found = []

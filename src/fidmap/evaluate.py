@@ -5,23 +5,27 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fidmap.attributes import attributes
-from fidmap.detect import find_barrel_parts
+from fidmap.detect import find_barrel_parts, with_spreads
 from fidmap.grid import trinarize
 from fidmap.model import CONTINUOUS, Arena, BarrelPart, Grid, Report, Settings, Source, StartPose
 from fidmap.register import register
 from fidmap.version import __version__
 
+# arcs less sure than this would crowd the picture; a referee can still add them by hand
+SHOWN_CONFIDENCE = 0.2
+NO_MAP = Source()
 
-def evaluate(
-    grid: Grid, arena: Arena, settings: Settings = CONTINUOUS, start: StartPose | None = None
-) -> Report:
+
+def evaluate(grid: Grid, arena: Arena, settings: Settings = CONTINUOUS, start: StartPose | None = None) -> Report:
     """Score a map: trinarize, find barrel parts, assign and register them, compute the attributes.
 
     Raises:
         ArenaFileError: the arena has no positions, so nothing can be assigned by itself.
+        SettingsError: the arena's radius is smaller than two cells of this map.
     """
     parts = find_barrel_parts(trinarize(grid), arena.radius_m)
-    return evaluate_points(parts, arena, settings, start, grid.source)
+    shown = min(SHOWN_CONFIDENCE, settings.min_confidence)
+    return _report([p for p in parts if p.confidence >= shown], arena, settings, start, grid.source)
 
 
 def evaluate_points(
@@ -29,13 +33,23 @@ def evaluate_points(
     arena: Arena,
     settings: Settings = CONTINUOUS,
     start: StartPose | None = None,
-    source: Source = Source(),
+    grid: Grid | None = None,
+    source: Source = NO_MAP,
 ) -> Report:
-    """Score barrel parts that were found, or located by hand, already; `source` is the map they stand in.
+    """Score barrel parts that somebody located; `grid` is the map they stand in, `source` stands for it without one.
 
     Raises:
         ArenaFileError: the arena has no positions and no part was fixed by hand.
     """
+    if grid is None:
+        return _report(parts, arena, settings, start, source)
+    return _report(with_spreads(trinarize(grid), parts, arena.radius_m), arena, settings, start, grid.source)
+
+
+def _report(
+    parts: Sequence[BarrelPart], arena: Arena, settings: Settings, start: StartPose | None, source: Source
+) -> Report:
+    """Register, score and collect."""
     parts = tuple(parts)
     assignment = register(parts, arena, settings, start)
     scores = attributes(parts, arena, assignment, settings)

@@ -37,9 +37,7 @@ def _word(value: object) -> str:
     if not word:
         raise PydanticCustomError("word", "must not be empty")
     if len(word) > WORD_MAX or not word.isprintable() or word != word.strip():
-        raise PydanticCustomError(
-            "word", f"must be at most {WORD_MAX} printable characters without spaces at its ends"
-        )
+        raise PydanticCustomError("word", f"must be at most {WORD_MAX} printable characters without spaces at its ends")
     return word
 
 
@@ -135,6 +133,4 @@ def _plainly(error: ErrorDetails, model: type[BaseModel]) -> str:
 
 def _unknown(key: str, known: Sequence[str]) -> str:
     close = difflib.get_close_matches(key, known, n=1)
-    return (
-        f"unknown key (did you mean {close[0]}?)" if close else f"unknown key, known are {', '.join(known)}"
-    )
+    return f"unknown key (did you mean {close[0]}?)" if close else f"unknown key, known are {', '.join(known)}"

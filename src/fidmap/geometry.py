@@ -11,7 +11,7 @@ from fidmap.model import FloatArray, Transform
 
 def angle_between(a: FloatArray | float, b: FloatArray | float) -> FloatArray:
     """Absolute angle between directions a and b, in [0, pi]; broadcasts."""
-    return np.abs((np.asarray(a) - np.asarray(b) + math.pi) % (2 * math.pi) - math.pi)
+    return np.asarray(np.abs((np.asarray(a) - np.asarray(b) + math.pi) % (2 * math.pi) - math.pi))
 
 
 def linear_part(transform: Transform) -> FloatArray:
@@ -53,10 +53,6 @@ def weighted_similarity(
     moment = w @ (np.conj(source - source_mean) * (target - target_mean))
     rotation = float(np.angle(moment)) if abs(moment) > 0 else 0.0
     variance = float(w @ np.abs(source - source_mean) ** 2)
-    scale = (
-        float(np.clip(abs(moment) / variance, *scale_range))
-        if variance > 0
-        else float(np.clip(1, *scale_range))
-    )
+    scale = float(np.clip(abs(moment) / variance, *scale_range)) if variance > 0 else float(np.clip(1, *scale_range))
     shift = target_mean - scale * np.exp(1j * rotation) * source_mean
     return Transform(rotation, float(shift.real), float(shift.imag), scale)

@@ -13,9 +13,7 @@ import numpy as np
 from fidmap.model import FloatArray, Grid, Label, Pose2, TrinaryGrid
 
 
-def trinarize(
-    grid: Grid, free_thresh: float | None = None, occupied_thresh: float | None = None
-) -> TrinaryGrid:
+def trinarize(grid: Grid, free_thresh: float | None = None, occupied_thresh: float | None = None) -> TrinaryGrid:
     """Reduce a grid to free / unknown / occupied (SSRR 2011, II-A-2); three passes over the map.
 
     Thresholds given here override the file's. Comparison is in float32, as nav2 does it, with free winning.
@@ -44,6 +42,4 @@ def metres_to_cells(points_xy: FloatArray, resolution_m: float, origin: Pose2) -
     """World metres (N, 2) as (x, y) to continuous cell coordinates (N, 2) as (row, column)."""
     xy = np.asarray(points_xy, float) - [origin.x_m, origin.y_m]
     c, s = math.cos(origin.yaw), math.sin(origin.yaw)
-    return (
-        np.stack([-s * xy[..., 0] + c * xy[..., 1], c * xy[..., 0] + s * xy[..., 1]], axis=-1) / resolution_m
-    )
+    return np.stack([-s * xy[..., 0] + c * xy[..., 1], c * xy[..., 0] + s * xy[..., 1]], axis=-1) / resolution_m

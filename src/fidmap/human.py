@@ -76,9 +76,7 @@ def _row_faults(table: Table, judged: Sequence[str]) -> list[str]:
     names = [(row.line, row.cells.get("map", "")) for row in table.rows]
     found += [(line, "map is missing") for line, name in names if not name]
     found += [
-        (line, f"map {quoted(name)} stands already on line {first}")
-        for line, name, first in twice(names)
-        if name
+        (line, f"map {quoted(name)} stands already on line {first}") for line, name, first in twice(names) if name
     ]
     for row in table.rows:
         for column in judged:

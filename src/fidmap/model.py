@@ -225,9 +225,7 @@ class Group:
         if self.named_class is not None:
             return self.named_class
         if self.walking_pallets is None:
-            raise ArenaFileError(
-                f"group '{self.id}' has neither a class nor walking_pallets; give one of them"
-            )
+            raise ArenaFileError(f"group '{self.id}' has neither a class nor walking_pallets; give one of them")
         return LONG if self.walking_pallets > limit else SHORT
 
 

@@ -46,8 +46,7 @@ def read_points(path: FilePath) -> tuple[BarrelPart, ...]:
     given = [int(row.cells.get("n") or 0) for row in table.rows]
     following = iter(range(max(given, default=0) + 1, max(given, default=0) + 1 + len(given)))
     return tuple(
-        _part(row, n or next(following), table.decimal_comma)
-        for row, n in zip(table.rows, given, strict=True)
+        _part(row, n or next(following), table.decimal_comma) for row, n in zip(table.rows, given, strict=True)
     )
 
 

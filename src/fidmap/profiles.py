@@ -26,9 +26,7 @@ def _opening_share(value: object) -> object:
     if isinstance(value, str):
         fraction = re.fullmatch(r"\s*([0-9]{1,6})\s*/\s*([0-9]{1,6})\s*", value)
         if not fraction or int(fraction[2]) == 0:
-            raise PydanticCustomError(
-                "share", f"must be a number or a fraction like 2/3, not {quoted(value)}"
-            )
+            raise PydanticCustomError("share", f"must be a number or a fraction like 2/3, not {quoted(value)}")
         share = WrittenFloat(int(fraction[1]) / int(fraction[2]))
         share.written = value
         return share

@@ -71,9 +71,7 @@ def ranks(values: Sequence[float | None], tie_within: float = TIE_WITHIN) -> tup
     Returns:
         One rank per value, in the order given.
     """
-    order = sorted(
-        (i for i, value in enumerate(values) if value is not None), key=lambda i: -_number(values[i])
-    )
+    order = sorted((i for i, value in enumerate(values) if value is not None), key=lambda i: -_number(values[i]))
     result: list[Rank | None] = [None] * len(values)
     start = 0
     for end in range(1, len(order) + 1):

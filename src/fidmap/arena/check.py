@@ -46,11 +46,7 @@ def cross_faults(document: Row, limit: float | None) -> list[str]:
 def _rows(document: Row, key: str) -> dict[int, Row]:
     """The entries of a list that are mappings, by their place in it."""
     entries = document.get(key)
-    return (
-        {i: row for i, row in enumerate(entries) if isinstance(row, dict)}
-        if isinstance(entries, list)
-        else {}
-    )
+    return {i: row for i, row in enumerate(entries) if isinstance(row, dict)} if isinstance(entries, list) else {}
 
 
 def _repeated_ids(document: Row, key: str) -> Iterator[str]:
@@ -110,12 +106,7 @@ def _class_faults(group: Row, limit: float | None) -> Iterator[str]:
         yield "needs class or walking_pallets"
     if named in RESERVED_CLASSES:
         yield f"class '{named}' is the name of an attribute, choose another"
-    if (
-        named in {SHORT, LONG}
-        and limit is not None
-        and _is_number(pallets)
-        and named != _by_way(pallets, limit)
-    ):
+    if named in {SHORT, LONG} and limit is not None and _is_number(pallets) and named != _by_way(pallets, limit):
         yield f"class {named} contradicts walking_pallets {quoted(pallets)} (over {limit:g} is long)"
 
 

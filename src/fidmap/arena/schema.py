@@ -48,9 +48,7 @@ class ArenaFile(FileModel):
     fidmap_arena: Version
     name: Word
     radius_m: PositiveLength
-    frame: Literal["relative", "map"] = Field(
-        "relative", description="map: positions are in the maps' agreed frame"
-    )
+    frame: Literal["relative", "map"] = Field("relative", description="map: positions are in the maps' agreed frame")
     pallet_m: PositiveLength | None = None
     parts: list[PartRow] = Field(min_length=1, max_length=PARTS_MAX)
     groups: Annotated[list[GroupRow], BeforeValidator(_none_left)] = Field(default_factory=list)

@@ -16,13 +16,14 @@ from fidmap.detect.confidence import confidence
 from fidmap.detect.extent import extents, suppress
 from fidmap.detect.measure import Measured, measure
 from fidmap.detect.ring import RingSampler
+from fidmap.detect.spread import with_spreads
 from fidmap.detect.votes import centre_candidates
 from fidmap.grid import cells_to_metres
 from fidmap.model import BarrelPart, FloatArray, SettingsError, TrinaryGrid
 
-__all__ = ["find_barrel_parts"]
+__all__ = ["find_barrel_parts", "with_spreads"]
 
-LEAST_CONFIDENCE = 0.05
+LEAST_CONFIDENCE = 0.02
 LEAST_DRAWN = math.pi / 2
 WHOLE = math.radians(300)
 
@@ -59,7 +60,7 @@ def find_barrel_parts(grid: TrinaryGrid, radius_m: float) -> tuple[BarrelPart, .
     facings, reach = extents(sampler, arcs)
     kept = suppress(arcs.centres, facings, reach, radius)
     found = measure(grid.labels, arcs.centres[kept], facings[kept], reach[kept], radius, grid.resolution_m)
-    return _barrel_parts(grid, found, sure[kept])
+    return with_spreads(grid, _barrel_parts(grid, found, sure[kept]), radius_m)
 
 
 def _barrel_parts(grid: TrinaryGrid, found: Measured, sure: FloatArray) -> tuple[BarrelPart, ...]:
@@ -75,7 +76,6 @@ def _barrel_parts(grid: TrinaryGrid, found: Measured, sure: FloatArray) -> tuple
             drawn=float(found.drawn[k]),
             sigma_m=float(found.sigma_m[k]),
             confidence=float(sure[k]),
-            spread_m=float(found.spread_m[k]),
         )
         for n, k in enumerate(enough, start=1)
     )

@@ -34,9 +34,9 @@ class Network:
 @cache
 def network() -> Network:
     """The network that comes with fidmap."""
-    with resources.files("fidmap.detect").joinpath("network.npz").open("rb") as file:
-        with np.load(file, allow_pickle=False) as stored:
-            return Network(**{name: stored[name].astype(np.float64) for name in Network.__dataclass_fields__})
+    path = resources.files("fidmap.detect").joinpath("network.npz")
+    with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
+        return Network(**{name: stored[name].astype(np.float64) for name in Network.__dataclass_fields__})
 
 
 def confidence(sampler: RingSampler, arcs: Arcs) -> FloatArray:

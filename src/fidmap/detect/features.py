@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from fidmap.detect.arcs import Arcs, difference, support
 from fidmap.detect.ring import RingSampler
@@ -22,7 +23,10 @@ def features(sampler: RingSampler, arcs: Arcs) -> FloatArray:
     ring = arcs.ring
     away = difference(sampler.theta[None, :], arcs.facings[:, None])
     sector = np.minimum((np.abs(away) / np.pi * SECTORS).astype(int), SECTORS - 1)
-    tight, loose = support(ring, max(1.2, 0.1 * sampler.radius)), support(ring, max(2.0, 0.25 * sampler.radius))
+    tight, loose = (
+        support(ring, max(1.2, 0.1 * sampler.radius)),
+        support(ring, max(2.0, 0.25 * sampler.radius)),
+    )
     channels = np.stack([tight, loose, ring.wall, ring.inner, ring.hollow, ring.outer])
     onehot = sector[..., None] == np.arange(SECTORS)
     means = np.einsum("chn,hns->hcs", channels, onehot) / np.maximum(onehot.sum(axis=1), 1)[:, None]
@@ -31,7 +35,7 @@ def features(sampler: RingSampler, arcs: Arcs) -> FloatArray:
 
 
 def _shape(
-    sampler: RingSampler, edge: FloatArray, tight: FloatArray, half: FloatArray, away: FloatArray
+    sampler: RingSampler, edge: FloatArray, tight: FloatArray, half: npt.NDArray[np.bool_], away: FloatArray
 ) -> FloatArray:
     """(H, 8): unevenness left to right, weakest sixths, harmonics and spread of the edge, size."""
     left = (tight * half * (away > 0)).sum(axis=1) / np.maximum((half & (away > 0)).sum(axis=1), 1)

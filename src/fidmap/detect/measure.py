@@ -1,4 +1,4 @@
-"""What a found arc measures: centre to a fraction of a cell, drawn angle, uncertainty, radial spread.
+"""What a found arc measures: centre to a fraction of a cell, drawn angle and uncertainty.
 
 Lengths are cells unless a name says metres, centres continuous (row, column), angles as in `ring`.
 """
@@ -25,18 +25,16 @@ MOST_OFFSET = 0.6
 CELL_SIGMA = 0.4
 INFLATION = 2.0
 POSE_SIGMA_M = 0.004
-RASTER_SPREAD = 0.42
 
 
 @dataclass(frozen=True)
 class Measured:
-    """K arcs: centres (K, 2), facings, drawn angles, sigma per axis and radial spread in metres (K,)."""
+    """K arcs: centres (K, 2), facings, drawn angles, and sigma per axis in metres (K,)."""
 
     centres: FloatArray
     facings: FloatArray
     drawn: FloatArray
     sigma_m: FloatArray
-    spread_m: FloatArray
 
 
 @dataclass(frozen=True)
@@ -53,7 +51,12 @@ class BandCells:
 
 
 def measure(
-    labels: Labels, centres: FloatArray, facings: FloatArray, reach: FloatArray, radius: float, resolution_m: float
+    labels: Labels,
+    centres: FloatArray,
+    facings: FloatArray,
+    reach: FloatArray,
+    radius: float,
+    resolution_m: float,
 ) -> Measured:
     """Measure arcs whose centres (K, 2), facings and reach to each side (K,) are known roughly.
 
@@ -72,7 +75,6 @@ def measure(
         facings=facings,
         drawn=drawn_angles(cells, centres, facings, reach, radius),
         sigma_m=np.hypot(sigma, POSE_SIGMA_M),
-        spread_m=radial_spreads(labels, centres, facings, radius) * resolution_m,
     )
 
 
@@ -154,23 +156,3 @@ def _union(angles: FloatArray, side: float, reach: float) -> float:
     open_gaps = float(gaps[gaps > 1.5 * side].sum())
     ends = 0.0 if reach >= np.pi else side
     return float(min(around[-1] - around[0] + ends - open_gaps, 2 * reach))
-
-
-def radial_spreads(labels: Labels, centres: FloatArray, facings: FloatArray, radius: float) -> FloatArray:
-    """Robust radial spread (K,) of the occupied cells about each circle, beyond what the raster causes; cells.
-
-    Of the cells within 0.6 R of the ring and 70 degrees of the facing, each weighed by 1/r so that a ring of every
-    radius counts the same; the spread is 1.48 times the weighted median of |r - R|, less the raster's in squares.
-    """
-    cells = band_cells(labels, centres, radius, 0.6 * radius)
-    r, angle = cells.polar(centres)
-    near = cells.valid & (np.abs(r - radius) <= 0.6 * radius)
-    near &= np.abs(difference(angle, facings[:, None])) <= np.radians(70)
-    away = np.where(near, np.abs(r - radius), np.inf)
-    weight = np.where(near, 1 / np.maximum(r, 1), 0.0)
-    order = np.argsort(away, axis=1)
-    total = np.cumsum(np.take_along_axis(weight, order, axis=1), axis=1)
-    middle = (total < total[:, -1:] / 2).sum(axis=1)
-    rows = np.arange(len(centres))
-    spread = np.nan_to_num(1.48 * away[rows, order[rows, np.minimum(middle, away.shape[1] - 1)]], posinf=0.6 * radius)
-    return np.sqrt(np.maximum(0.0, spread**2 - RASTER_SPREAD**2))

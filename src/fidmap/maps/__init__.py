@@ -14,9 +14,9 @@ from fidmap.maps.cells import Meaning, code_table, to_grid
 from fidmap.maps.files import MAX_IMAGE_BYTES, fault, printable, read_bytes
 from fidmap.maps.oddities import oddities
 from fidmap.maps.overrides import Overrides
-from fidmap.model import Finding, Grid, Pose2, Source
+from fidmap.model import Finding, Grid, MapFileError, Pose2, Source
 
-__all__ = ["read_map"]
+__all__ = ["main_file", "read_map"]
 
 
 def read_map(
@@ -47,6 +47,20 @@ def read_map(
         return _read(Path(name), name, overrides)
     except MemoryError:
         raise fault(name, "does not fit into memory; crop it or save it with larger cells") from None
+
+
+def main_file(path: str | os.PathLike[str]) -> Path:
+    """The file that stands for a map, links resolved: of an image with its own YAML the YAML, else the file itself.
+
+    Two names of one map have the same main file; a path that cannot be read stands for itself.
+    """
+    file = Path(path)
+    try:
+        if images.is_image(read_bytes(file, file, 16)):
+            file = map_server.own_yaml(file, str(file)) or file
+        return file.resolve()
+    except (MapFileError, OSError):
+        return file
 
 
 def _read(file: Path, name: str, overrides: Overrides) -> Grid:

@@ -109,12 +109,8 @@ def _screen(data: bytes, subject: object) -> None:
         aliases += isinstance(event, yaml.AliasEvent)
         depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
         if aliases > MAX_ALIASES or depth > MAX_DEPTH:
-            excess = (
-                f"more than {MAX_ALIASES} aliases" if aliases > MAX_ALIASES else f"over {MAX_DEPTH} levels"
-            )
-            raise fault(
-                subject, f"holds {excess} of YAML; a map file needs none, so write its values out plainly"
-            )
+            excess = f"more than {MAX_ALIASES} aliases" if aliases > MAX_ALIASES else f"over {MAX_DEPTH} levels"
+            raise fault(subject, f"holds {excess} of YAML; a map file needs none, so write its values out plainly")
 
 
 def _mapping(document: Any, subject: object) -> dict[str, Any]:
@@ -128,9 +124,7 @@ def _mapping(document: Any, subject: object) -> dict[str, Any]:
         if key in document:
             raise fault(subject, f"is {kind} file, not a map; give it with {option} and name a map here")
     if not set(KEYS) & set(map(str, document)):
-        raise fault(
-            subject, f"is YAML but no map: it has none of the keys {', '.join(KEYS)}; expected {READABLE}"
-        )
+        raise fault(subject, f"is YAML but no map: it has none of the keys {', '.join(KEYS)}; expected {READABLE}")
     return {key: item for key, item in document.items() if isinstance(key, str)}
 
 

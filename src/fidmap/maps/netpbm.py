@@ -85,9 +85,7 @@ def read_header(data: bytes, subject: object) -> Header:
     for _ in range(2 if kind in {1, 4} else 3):
         match = _NUMBER.match(data, at)
         if match is None:
-            raise fault(
-                subject, f"has a broken P{kind} header; expected width, height and maximum as numbers"
-            )
+            raise fault(subject, f"has a broken P{kind} header; expected width, height and maximum as numbers")
         numbers.append(int(match[1]))
         at = match.end()
     width, height, maxval = (*numbers, 1)[:3]
@@ -138,9 +136,7 @@ def _plain_samples(data: bytes, header: Header, subject: object) -> npt.NDArray[
     # Two characters hold at most one sample: without this a tiny file could ask for gigabytes.
     if len(text) + 1 < 2 * header.samples:
         raise _truncated(subject, header, len(text.split()), header.samples)
-    samples = (
-        np.fromstring(text, np.uint32, header.samples, sep=" ") if text.strip() else np.empty(0, np.uint32)
-    )
+    samples = np.fromstring(text, np.uint32, header.samples, sep=" ") if text.strip() else np.empty(0, np.uint32)
     if len(samples) < header.samples:
         raise _truncated(subject, header, len(samples), header.samples)
     return samples

@@ -35,14 +35,10 @@ class Overrides:
             )
         origin = self.origin or Pose2()
         if not all(map(math.isfinite, (origin.x_m, origin.y_m, origin.yaw))):
-            raise fault(
-                subject, "cannot be read with an --origin that is not finite; give --origin X_M,Y_M,YAW_DEG"
-            )
+            raise fault(subject, "cannot be read with an --origin that is not finite; give --origin X_M,Y_M,YAW_DEG")
         for option, value in (("free", self.free_thresh), ("occupied", self.occupied_thresh)):
             if value is not None and not math.isfinite(value):
-                raise fault(
-                    subject, f"cannot be read with --{option}-thresh {value:g}; expected a number from 0 to 1"
-                )
+                raise fault(subject, f"cannot be read with --{option}-thresh {value:g}; expected a number from 0 to 1")
 
 
 def is_resolution(value: float) -> bool:

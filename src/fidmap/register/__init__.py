@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fidmap.geometry import apply
 from fidmap.model import (
     Arena,
     ArenaFileError,
@@ -58,19 +59,16 @@ def register(
 
 def best_placement(problem: Problem, start: StartPose | None) -> tuple[Placement | None, list[Placement]]:
     """The best placement found and all distinct local maxima, best first."""
-    maxima = _maxima(problem, start, mirrored=False)
+    maxima = _maxima(problem, start)
     if problem.settings.mirror:
         flipped = replace(problem, barrels=problem.barrels * [1, -1], barrel_facings=-problem.barrel_facings)
-        maxima += [
-            place(problem, replace(m.transform, mirrored=True))
-            for m in _maxima(flipped, start, mirrored=False)
-        ]
+        maxima += [place(problem, replace(m.transform, mirrored=True)) for m in _maxima(flipped, start)]
     maxima = sorted(maxima, key=lambda m: m.key, reverse=True)
     maxima = [m for m in maxima if len(m.pairs)]
     return (maxima[0] if maxima else None), maxima
 
 
-def _maxima(problem: Problem, start: StartPose | None, mirrored: bool) -> list[Placement]:
+def _maxima(problem: Problem, start: StartPose | None) -> list[Placement]:
     """Distinct local maxima from the most promising placements, unordered."""
     hypotheses = placements(problem, start)
     hypotheses = hypotheses[within(hypotheses, start)]
@@ -105,8 +103,6 @@ def _nearest(best: Placement, maxima: list[Placement], parts: tuple[BarrelPart, 
 
     def moved(placement: Placement) -> float:
         own = points[placement.pairs[:, 1]]
-        from fidmap.geometry import apply
-
         return float(np.sqrt(np.mean(np.sum((apply(placement.transform, own) - own) ** 2, axis=1))))
 
     return min((m for m in maxima if m.value >= 0.99 * best.value), key=moved)

@@ -30,9 +30,7 @@ def _degenerate(placement: Placement) -> Finding | None:
     )  # fmt: skip
 
 
-def _doubtful(
-    placement: Placement, parts: tuple[BarrelPart, ...], arena: Arena, d_max: float
-) -> Finding | None:
+def _doubtful(placement: Placement, parts: tuple[BarrelPart, ...], arena: Arena, d_max: float) -> Finding | None:
     i, j = placement.pairs[:, 0], placement.pairs[:, 1]
     truth = np.array([(f.x_m, f.y_m) for f in arena.parts], float)
     moved = apply(placement.transform, np.array([(b.x_m, b.y_m) for b in parts], float))
@@ -62,9 +60,7 @@ def _nearest(chosen: Placement, best: Placement) -> Finding | None:
     )  # fmt: skip
 
 
-def _mismatch(
-    chosen: Placement, parts: tuple[BarrelPart, ...], settings: Settings, arena: Arena
-) -> Finding | None:
+def _mismatch(chosen: Placement, parts: tuple[BarrelPart, ...], settings: Settings, arena: Arena) -> Finding | None:
     d_max = settings.d_max("global_accuracy", arena.radius_m)
     own = np.array([(parts[j].x_m, parts[j].y_m) for j in chosen.pairs[:, 1]], float)
     shift = float(np.linalg.norm(apply(chosen.transform, own) - own, axis=1).max())

@@ -61,9 +61,8 @@ def field_scores(problem: Problem, hypotheses: FloatArray) -> FloatArray:
     field = _DistanceField(problem)
     total = np.zeros(len(hypotheses))
     turn = hypotheses[:, 3] * np.exp(1j * hypotheses[:, 0])
-    usable = problem.allowed.any(axis=0)
-    usable[problem.fixed[:, 1]] = True
-    for j in np.flatnonzero(usable):
+    usable = np.union1d(np.flatnonzero(problem.allowed.any(axis=0)), problem.fixed[:, 1])
+    for j in usable:
         x, y = problem.barrels[j]
         moved = turn * (x + 1j * y) + (hypotheses[:, 1] + 1j * hypotheses[:, 2])
         distance = field.look(moved, hypotheses[:, 0] + problem.barrel_facings[j])
@@ -78,9 +77,7 @@ class _DistanceField:
         self.cell = problem.d_max / 12
         margin = problem.d_max + 2 * self.cell
         self.low = problem.fiducials.min(axis=0) - margin
-        height, width = (
-            np.ceil((problem.fiducials.max(axis=0) + margin - self.low) / self.cell).astype(int)[::-1] + 1
-        )
+        height, width = np.ceil((problem.fiducials.max(axis=0) + margin - self.low) / self.cell).astype(int)[::-1] + 1
         at = ((problem.fiducials - self.low) / self.cell).astype(int)
         faced = np.isfinite(problem.fiducial_facings)
         self.sectors = SECTORS if faced.any() and np.isfinite(problem.barrel_facings).any() else 1
@@ -115,10 +112,10 @@ def _two_sided_scores(problem: Problem, hypotheses: FloatArray) -> FloatArray:
     turned = hypotheses[:, 0, None] + problem.barrel_facings[None]
     apart = angle_between(problem.fiducial_facings[None, :, None], turned[:, None, :])
     worth[apart >= problem.settings.facing_tolerance] = 0.0
-    fixed = np.maximum(0.0, 1 - distance[:, problem.fixed[:, 0], problem.fixed[:, 1]] / problem.d_max).sum(
-        axis=1
+    fixed = np.maximum(0.0, 1 - distance[:, problem.fixed[:, 0], problem.fixed[:, 1]] / problem.d_max).sum(axis=1)
+    return np.asarray(
+        fixed + np.minimum(worth.max(axis=1, initial=0).sum(axis=1), worth.max(axis=2, initial=0).sum(axis=1))
     )
-    return np.asarray(fixed + np.minimum(worth.max(axis=1).sum(axis=1), worth.max(axis=2).sum(axis=1)))
 
 
 def _place(rotation: FloatArray, source: FloatArray, target: FloatArray, scale: FloatArray) -> FloatArray:
@@ -127,9 +124,7 @@ def _place(rotation: FloatArray, source: FloatArray, target: FloatArray, scale: 
     return np.stack([rotation, shift.real, shift.imag, scale], axis=1)
 
 
-def _from_one_point(
-    problem: Problem, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp]
-) -> FloatArray:
+def _from_one_point(problem: Problem, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp]) -> FloatArray:
     """One pair fixes the translation; its facings fix the rotation, or a fan of headings does."""
     turn = problem.fiducial_facings[rows] - problem.barrel_facings[columns]
     headings = np.arange(HEADINGS) * (2 * math.pi / HEADINGS)
@@ -142,9 +137,7 @@ def _from_one_point(
     return _place(rotation[chosen], source[chosen], target[chosen], scale)
 
 
-def _from_two_points(
-    problem: Problem, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp]
-) -> FloatArray:
+def _from_two_points(problem: Problem, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp]) -> FloatArray:
     """Two pairs whose lengths agree fix everything; their middle is carried onto each other."""
     barrel, fiducial = problem.barrels @ [1, 1j], problem.fiducials @ [1, 1j]
     first, second = _pairs_of_pairs(len(rows))
@@ -154,9 +147,7 @@ def _from_two_points(
     target, source = fiducial[kl[0]] - fiducial[ij[0]], barrel[kl[1]] - barrel[ij[1]]
     low, high = problem.scale_range
     slack = 0.75 * problem.d_max
-    fits = (np.abs(target) <= high * np.abs(source) + slack) & (
-        np.abs(target) >= low * np.abs(source) - slack
-    )
+    fits = (np.abs(target) <= high * np.abs(source) + slack) & (np.abs(target) >= low * np.abs(source) - slack)
     # neighbours (the two halves on one wall) tell nothing about the rotation
     fits &= (np.abs(source) > 0.5 * problem.d_max) & (np.abs(target) > 0.5 * problem.d_max)
     rotation = np.angle(target * np.conj(source))
@@ -168,9 +159,7 @@ def _from_two_points(
     best = np.flatnonzero(fits)
     chosen = best[_thin(len(best))]
     scale = np.clip(np.abs(target[chosen]) / np.abs(source[chosen]), low, high)
-    middle = [
-        0.5 * (p[a[chosen]] + p[b[chosen]]) for p, a, b in ((barrel, ij[1], kl[1]), (fiducial, ij[0], kl[0]))
-    ]
+    middle = [0.5 * (p[a[chosen]] + p[b[chosen]]) for p, a, b in ((barrel, ij[1], kl[1]), (fiducial, ij[0], kl[0]))]
     return _place(rotation[chosen], middle[0], middle[1], scale)
 
 
@@ -196,6 +185,4 @@ def _from_start_pose(start: StartPose) -> FloatArray:
     steps = np.linspace(-2.5, 2.5, 11)
     turn, x, y = np.meshgrid(steps * start.sigma_yaw, steps * start.sigma_m, steps * start.sigma_m)
     pose = start.pose
-    return np.stack(
-        [pose.yaw + turn.ravel(), pose.x_m + x.ravel(), pose.y_m + y.ravel(), np.ones(turn.size)], axis=1
-    )
+    return np.stack([pose.yaw + turn.ravel(), pose.x_m + x.ravel(), pose.y_m + y.ravel(), np.ones(turn.size)], axis=1)

@@ -88,9 +88,7 @@ def fit_pairs(problem: Problem, pairs: npt.NDArray[np.intp], start: Transform, s
 def settle_steps(problem: Problem, start: Placement, pose: StartPose | None, rounds: int = 10) -> Placement:
     """Raise a discretised value by seeded perturbations: it is flat between jumps, so gradients tell nothing."""
     random = np.random.default_rng(0)
-    arm = (
-        float(np.sqrt(np.mean(np.sum((problem.barrels - problem.barrels.mean(axis=0)) ** 2, axis=1)))) or 1.0
-    )
+    arm = float(np.sqrt(np.mean(np.sum((problem.barrels - problem.barrels.mean(axis=0)) ** 2, axis=1)))) or 1.0
     best, reach = start, problem.radius_m
     for _ in range(rounds):
         moves = random.normal(size=(200, 4)) * reach * [1 / arm, 1, 1, 1 / arm]
@@ -116,7 +114,7 @@ def _perturb(
     for turn, dx, dy, grow in moves:
         scale = float(np.clip(transform.scale * (1 + grow), *scale_range))
         rough = replace(transform, rotation=transform.rotation + turn, tx_m=0.0, ty_m=0.0, scale=scale)
-        shift = pivot + [dx, dy] - apply(rough, centre[None])[0]
+        shift = pivot + np.array([dx, dy]) - apply(rough, centre[None])[0]
         trials.append(replace(rough, tx_m=float(shift[0]), ty_m=float(shift[1])))
     return trials
 

@@ -53,9 +53,7 @@ class ReportContent:
         }
 
 
-def write_report(
-    directory: Path, name: str, content: ReportContent, input_points: Path | None = None
-) -> WrittenReport:
+def write_report(directory: Path, name: str, content: ReportContent, input_points: Path | None = None) -> WrittenReport:
     """Write one report to `directory/name`, replacing an earlier one of the same map.
 
     A report of another map (by hash) is kept, as is anything that is not a report; the new one then goes to
@@ -80,6 +78,18 @@ def write_report(
             notes += (Finding("note", "points-kept", text),)
         _move_in(folder, files)
         return WrittenReport(folder, notes)
+
+
+def write_files(directory: Path, name: str, files: Mapping[str, bytes]) -> Path:
+    """Write files to `directory/name`, each whole or not at all; other files there stay.
+
+    Raises:
+        OutputError: nothing can be written there.
+    """
+    with _output_errors(directory):
+        directory.mkdir(parents=True, exist_ok=True)
+        _move_in(directory / name, files)
+    return directory / name
 
 
 def write_index(directory: Path, page: str) -> Path:

@@ -66,9 +66,7 @@ def report_document(
     return _plain_dict(document)
 
 
-def detect_document(
-    map_name: str, radius_m: float, detections: Iterable[BarrelPart], seconds: float
-) -> Document:
+def detect_document(map_name: str, radius_m: float, detections: Iterable[BarrelPart], seconds: float) -> Document:
     """One line of `fidmap detect --json`."""
     arcs = [_detection(arc) for arc in detections]
     return _plain_dict({"map": map_name, "radius_m": radius_m, "detections": arcs, "seconds": seconds})

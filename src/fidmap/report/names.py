@@ -40,15 +40,12 @@ def _shortest_distinct(parts: Sequence[tuple[str, ...]], with_suffix: Sequence[b
     while True:
         names = [_name(*entry) for entry in zip(parts, depths, with_suffix, strict=True)]
         longer = [
-            depth < len(part)
-            for depth, part, shared in zip(depths, parts, _shared(names), strict=True)
-            if shared
+            depth < len(part) for depth, part, shared in zip(depths, parts, _shared(names), strict=True) if shared
         ]
         if not any(longer):
             return names
         depths = [
-            min(depth + shared, len(part))
-            for depth, part, shared in zip(depths, parts, _shared(names), strict=True)
+            min(depth + shared, len(part)) for depth, part, shared in zip(depths, parts, _shared(names), strict=True)
         ]
 
 

@@ -76,9 +76,7 @@ def draw_overlay(report: Report, grid: TrinaryGrid | None) -> Overlay:
     sheet = sheet_around(window, legend_rows(legend, window.width))
     scene = Scene(drawn, sheet.view, arrows, report.arena.radius_m)
     over = (*scene.elements(), sheet.frame(), sheet.footer())
-    return Overlay(
-        f"Overlay of {clean(report.map.name)}", sheet, sheet.heading(*_headings(report)), over, grid
-    )
+    return Overlay(f"Overlay of {clean(report.map.name)}", sheet, sheet.heading(*_headings(report)), over, grid)
 
 
 def _headings(report: Report) -> tuple[str, str, str]:
@@ -111,24 +109,16 @@ def _base(grid: TrinaryGrid, view: View, pixels_per_unit: float) -> str:
     )
 
 
-def _legend(
-    found: Sequence[Mark], arrows: Arrows, report: Report, view: View, has_map: bool
-) -> list[tuple[str, str]]:
+def _legend(found: Sequence[Mark], arrows: Arrows, report: Report, view: View, has_map: bool) -> list[tuple[str, str]]:
     """Sample and text of each state that occurs, with its count; then what else needs a word."""
     counts = Counter(mark.state for mark in found)
     lost = sum(part.barrel is None for part in report.attributes.parts) - counts[State.MISSING]
-    rows = [
-        (sample(state), f"{style.text}: {counts[state]}") for state, style in STYLES.items() if counts[state]
-    ]
+    rows = [(sample(state), f"{style.text}: {counts[state]}") for state, style in STYLES.items() if counts[state]]
     if lost:
         rows.append(("", f"missing, place unknown: {lost}"))
     if arrows.factor is not None:
         true = arrows.factor == 1
-        words = (
-            "arrow to where the part should be"
-            if true
-            else f"position error, drawn {arrows.factor} times as long"
-        )
+        words = "arrow to where the part should be" if true else f"position error, drawn {arrows.factor} times as long"
         rows.append((arrow_sample(), words))
     if shown_radius(report.arena.radius_m, view) > report.arena.radius_m * view.units_per_metre:
         rows.append(("", "arcs larger than true"))

@@ -125,13 +125,9 @@ class Sheet:
         label = f"{_label(value, step)} m"
         if axis == 0:
             line = f"M{svg.number(x)} {svg.number(bottom)}v6"
-            return svg.tag("path", d=line, stroke=SOFT_INK) + svg.text(
-                label, x, bottom + 20, 13, text_anchor="middle"
-            )
+            return svg.tag("path", d=line, stroke=SOFT_INK) + svg.text(label, x, bottom + 20, 13, text_anchor="middle")
         line = f"M{svg.number(left)} {svg.number(y)}h-6"
-        return svg.tag("path", d=line, stroke=SOFT_INK) + svg.text(
-            label, left - 9, y + 4.5, 13, text_anchor="end"
-        )
+        return svg.tag("path", d=line, stroke=SOFT_INK) + svg.text(label, left - 9, y + 4.5, 13, text_anchor="end")
 
     def _axes(self) -> str:
         """Where x and y of the map's frame point, for a map whose origin is turned."""

@@ -32,9 +32,7 @@ class Arrows:
     @classmethod
     def of(cls, drawn: Sequence[Mark], view: View) -> Arrows:
         """True to scale, so that arrows end where the parts should be, unless all of them would be tiny."""
-        pairs = [
-            (mark.x_m, mark.y_m, *mark.expected_xy) for mark in drawn if has_error(mark) and mark.expected_xy
-        ]
+        pairs = [(mark.x_m, mark.y_m, *mark.expected_xy) for mark in drawn if has_error(mark) and mark.expected_xy]
         if not pairs:
             return cls(None)
         ends = np.array(pairs, float)
@@ -149,9 +147,7 @@ class Scene:
         leader = ""
         if place.is_far:
             near = np.clip(centre, [left, top], [right, bottom])
-            start = centre + (near - centre) * min(
-                1.0, self.radius / max(1e-9, float(np.hypot(*(near - centre))))
-            )
+            start = centre + (near - centre) * min(1.0, self.radius / max(1e-9, float(np.hypot(*(near - centre)))))
             path = svg.arrow_path(start, near, head=0.0)
             leader = svg.tag("path", d=path, stroke=colour, stroke_width=1.2)
         text = svg.text(

@@ -62,9 +62,7 @@ def sample(state: State) -> str:
     style = STYLES[state]
     centre = np.array([-4.0, 0.0])
     path = svg.arc_path(centre, 12.0, 0.0, np.pi)
-    line = svg.tag(
-        "path", d=path, stroke=style.colour, stroke_width=4, stroke_dasharray=style.dashes, fill="none"
-    )
+    line = svg.tag("path", d=path, stroke=style.colour, stroke_width=4, stroke_dasharray=style.dashes, fill="none")
     return line + style.centre(centre)
 
 

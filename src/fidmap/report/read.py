@@ -34,9 +34,7 @@ def read_report(path: Path) -> Document:
 def _load(file: Path) -> Any:
     try:
         if not file.is_file():
-            raise ReportFileError(
-                f"{file}: no such report; expected a report.json or the folder that holds it."
-            )
+            raise ReportFileError(f"{file}: no such report; expected a report.json or the folder that holds it.")
         size = file.stat().st_size
         if size > LARGEST_BYTES:
             raise ReportFileError(f"{file}: {size:,} bytes is no report; at most {LARGEST_BYTES:,} are read.")
@@ -59,9 +57,7 @@ def _fault(document: Any) -> str | None:
     if not isinstance(document, dict) or "fidmap_report" not in document:
         return "not a fidmap report"
     if document["fidmap_report"] != 1:
-        return (
-            f"report version {document['fidmap_report']!r} is unknown to this fidmap, which reads version 1"
-        )
+        return f"report version {document['fidmap_report']!r} is unknown to this fidmap, which reads version 1"
     if not isinstance(document.get("map"), str):
         return "its map is not a text"
     attributes = document.get("attributes")

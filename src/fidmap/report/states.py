@@ -41,11 +41,7 @@ class Mark:
 def part_states(report: Report) -> dict[str, State]:
     """The state of each fiducial part by id; doubtful are automatic pairs that are more than D/2 apart."""
     limit = report.settings.d_max("relative_accuracy", report.arena.radius_m) / 2
-    fixed = {
-        part.id
-        for part, is_fixed in zip(report.arena.parts, report.assignment.fixed, strict=True)
-        if is_fixed
-    }
+    fixed = {part.id for part, is_fixed in zip(report.arena.parts, report.assignment.fixed, strict=True) if is_fixed}
     states = {}
     for part in report.attributes.parts:
         if part.barrel is None:
@@ -76,18 +72,14 @@ def marks(report: Report) -> tuple[Mark, ...]:
     return (*loose, *(mark for mark in placed if mark is not None))
 
 
-def _part_mark(
-    part: PartResult, state: State, surveyed: FiducialPart, transform: Transform | None
-) -> Mark | None:
+def _part_mark(part: PartResult, state: State, surveyed: FiducialPart, transform: Transform | None) -> Mark | None:
     """The mark of one fiducial part: its arc where it is assigned, else the place where it should be."""
     expected = None
     if part.expected_x_m is not None and part.expected_y_m is not None:
         expected = (part.expected_x_m, part.expected_y_m)
     if part.barrel is not None:
         arc = part.barrel
-        return Mark(
-            state, part.id, arc.x_m, arc.y_m, arc.facing, arc.drawn, arc.n, expected, part.relative_error_m
-        )
+        return Mark(state, part.id, arc.x_m, arc.y_m, arc.facing, arc.drawn, arc.n, expected, part.relative_error_m)
     if expected is None:
         return None
     facing = None if surveyed.facing is None else facing_in_map(surveyed.facing, transform)

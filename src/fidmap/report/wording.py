@@ -24,9 +24,7 @@ ATTRIBUTE_MEANINGS = {
 
 # Control characters, lone surrogates, direction overrides and what XML forbids: a file name may hold them, a
 # terminal or an XML parser must not see them.
-_HOSTILE = re.compile(
-    "[\x00-\x1f\x7f-\x9f\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]"
-)
+_HOSTILE = re.compile("[\x00-\x1f\x7f-\x9f\u200e\u200f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]")
 
 
 def clean(text: object) -> str:

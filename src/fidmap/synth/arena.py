@@ -211,9 +211,7 @@ def _build(spec: ArenaSpec, maze: PalletMaze, placer: Placer) -> SynthArena:
     arena = Arena(spec.name, spec.radius_m, tuple(parts), tuple(groups), "relative", spec.pallet_m)
     boxes = wall_boxes(maze, spec.wall_m)
     walls = np.concatenate([box_segments(boxes), np.asarray(placer.segments, float).reshape(-1, 4)])
-    return SynthArena(
-        arena, maze, walls, np.asarray(placer.arcs, float).reshape(-1, 5), arc_part, spec.wall_m
-    )
+    return SynthArena(arena, maze, walls, np.asarray(placer.arcs, float).reshape(-1, 5), arc_part, spec.wall_m)
 
 
 def _part(part_id: str, arc: tuple[float, float, float, float, float]) -> FiducialPart:

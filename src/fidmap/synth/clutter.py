@@ -68,9 +68,7 @@ class Placer:
         y_m = (pallet[0] + 0.5) * size + dr * inward + abs(dc) * shift_m
         return x_m, y_m
 
-    def add_on_wall(
-        self, pallet: Pallet, side: str, shift_m: float, radius_m: float, *, part: bool = False
-    ) -> bool:
+    def add_on_wall(self, pallet: Pallet, side: str, shift_m: float, radius_m: float, *, part: bool = False) -> bool:
         """Put a half round on a wall, seen from a pallet; returns whether there was room."""
         x_m, y_m = self.on_wall(pallet, side, shift_m)
         if not self.is_free(pallet, side) or not self.has_room(x_m, y_m, radius_m):

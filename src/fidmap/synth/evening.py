@@ -19,9 +19,7 @@ TEAMS = ("hits", "log_odds", "half_hits", "thin", "thick")
 TIERS: tuple[Tier, ...] = ("clean", "noisy", "clean", "noisy", "broken")
 
 
-def evening(
-    seed: int = 0, maps: int = 20, cells: int = 2000
-) -> tuple[SynthArena, Iterator[tuple[str, Grid]]]:
+def evening(seed: int = 0, maps: int = 20, cells: int = 2000) -> tuple[SynthArena, Iterator[tuple[str, Grid]]]:
     """An arena with 20 parts and one map of each team, `cells` x `cells` or a little more where broken.
 
     The robot drives once and every team gets its scans: what differs is the poses and the mapper.
@@ -33,9 +31,7 @@ def evening(
     """
     rng = np.random.default_rng(np.random.SeedSequence([0x6576_656E, seed]))
     pallets = max(6, int(0.6 * cells * RESOLUTION_M / 1.2))
-    spec = ArenaSpec(
-        pallets, int(0.8 * pallets), pairs=8, void_pairs=2, clutter=6, openness=0.4, name="evening"
-    )
+    spec = ArenaSpec(pallets, int(0.8 * pallets), pairs=8, void_pairs=2, clutter=6, openness=0.4, name="evening")
     arena = make_arena(rng, spec)
     poses = trajectory(arena.maze, rng, spacing_m=0.8)
     scans = scan(arena, poses, Laser(step=math.radians(0.5), max_range_m=12.0), rng)

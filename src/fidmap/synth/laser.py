@@ -74,9 +74,7 @@ class Scans:
 
     def only(self, chosen: npt.NDArray[np.bool_]) -> Scans:
         """The scans of a (M,) mask."""
-        return Scans(
-            self.poses[chosen], self.bearings, self.ranges[chosen], self.parts[chosen], self.max_range_m
-        )
+        return Scans(self.poses[chosen], self.bearings, self.ranges[chosen], self.parts[chosen], self.max_range_m)
 
 
 def cast(
@@ -116,9 +114,7 @@ def cast(
     return ranges, hits
 
 
-def _in_reach(
-    walls: FloatArray, arcs: FloatArray, fans: FloatArray, reach_m: float
-) -> tuple[IntArray, IntArray]:
+def _in_reach(walls: FloatArray, arcs: FloatArray, fans: FloatArray, reach_m: float) -> tuple[IntArray, IntArray]:
     """Indices of the walls and arcs whose boxes come within reach of the fans' box."""
     low, high = fans[:, :2].min(0) - reach_m, fans[:, :2].max(0) + reach_m
     ends = walls.reshape(-1, 2, 2)
@@ -248,9 +244,7 @@ def _sweep(arena: SynthArena, poses: FloatArray, laser: Laser, beams: int) -> tu
     return ranges.reshape(len(poses), -1)[:, :beams], hits.reshape(len(poses), -1)[:, :beams]
 
 
-def _tilted(
-    ranges: FloatArray, hits: IntArray, laser: Laser, rng: np.random.Generator
-) -> tuple[FloatArray, IntArray]:
+def _tilted(ranges: FloatArray, hits: IntArray, laser: Laser, rng: np.random.Generator) -> tuple[FloatArray, IntArray]:
     """Slant ranges of a swaying sensor: d / cos(elevation), and the floor where a beam points down to it."""
     if laser.tilt == 0:
         return ranges, hits
@@ -261,9 +255,7 @@ def _tilted(
     return np.minimum(slant, floor), np.where(floor < slant, -1, hits)
 
 
-def _mixed(
-    ranges: FloatArray, hits: IntArray, laser: Laser, rng: np.random.Generator
-) -> tuple[FloatArray, IntArray]:
+def _mixed(ranges: FloatArray, hits: IntArray, laser: Laser, rng: np.random.Generator) -> tuple[FloatArray, IntArray]:
     """Beams split by an edge: some return a range between the nearer and the farther surface."""
     known = np.where(np.isfinite(ranges), ranges, np.nan)
     step = np.diff(known, axis=1, append=known[:, -1:])

@@ -85,9 +85,7 @@ class Samples:
 Batch = Callable[[int, float], Iterator[tuple[Window, Rays]]]
 
 
-def ray_ends(
-    ranges: npt.NDArray[np.float32], bearings: FloatArray, poses: FloatArray, usable_m: float
-) -> Rays:
+def ray_ends(ranges: npt.NDArray[np.float32], bearings: FloatArray, poses: FloatArray, usable_m: float) -> Rays:
     """Beams in the map's frame; those without return within `usable_m` are cut there and hit nothing.
 
     Args:

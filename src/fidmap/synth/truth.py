@@ -91,9 +91,7 @@ class _Ink:
         return found
 
 
-def part_truths(
-    arena: SynthArena, scans: Scans, poses: FloatArray, grid: Grid | None = None
-) -> tuple[PartTruth, ...]:
+def part_truths(arena: SynthArena, scans: Scans, poses: FloatArray, grid: Grid | None = None) -> tuple[PartTruth, ...]:
     """The truth about all parts, in the order of `arena.arena.parts`.
 
     Args:

@@ -1,0 +1,5 @@
+"""`python -m fidmap`."""
+
+from fidmap.cli import main
+
+main()

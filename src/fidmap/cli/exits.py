@@ -1,0 +1,39 @@
+"""Exit codes and how faults are told: one line on stderr each, a traceback only for our own bugs."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import ParamSpec
+
+import typer
+
+from fidmap.model import FidmapError
+
+DONE, UNUSABLE, USAGE, GATE_FAILED = 0, 1, 2, 3
+Parameters = ParamSpec("Parameters")
+
+
+def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
+    """The command with known faults as one line on stderr and exit code 1."""
+
+    @functools.wraps(command)
+    def run(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
+        try:
+            command(*args, **kwargs)
+        except FidmapError as error:
+            complain(str(error))
+            raise typer.Exit(UNUSABLE) from None
+
+    return run
+
+
+def complain(text: str) -> None:
+    """One line for a person."""
+    typer.echo(f"fidmap: {text}", err=True)
+
+
+def usage(text: str) -> typer.Exit:
+    """What to raise on wrong usage, after saying why."""
+    complain(f"{text} (see --help)")
+    return typer.Exit(USAGE)

@@ -1,0 +1,156 @@
+"""One map from file to report document, and from detections to theirs; what a worker process does."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fidmap.detect import find_barrel_parts
+from fidmap.evaluate import evaluate, evaluate_points
+from fidmap.grid import trinarize
+from fidmap.maps import read_map
+from fidmap.model import Arena, BarrelPart, FidmapError, Grid, Pose2, Report, Settings, Source, StartPose
+from fidmap.points import check_ids, points_csv, read_points
+from fidmap.profiles import profile_document
+from fidmap.report.files import ReportContent
+from fidmap.report.json_line import Document, detect_document, error_document, report_document
+from fidmap.report.overlay import draw_overlay
+from fidmap.report.page import report_page
+
+
+@dataclass(frozen=True)
+class Overrides:
+    """What the user says over a map's own file; None leaves the file's word."""
+
+    resolution_m: float | None = None
+    origin: Pose2 | None = None
+    free_thresh: float | None = None
+    occupied_thresh: float | None = None
+
+    def read(self, path: str) -> Grid:
+        """Read a map with them."""
+        return read_map(
+            path,
+            resolution_m=self.resolution_m,
+            origin=self.origin,
+            free_thresh=self.free_thresh,
+            occupied_thresh=self.occupied_thresh,
+        )
+
+    def document(self) -> Document:
+        """Those given, for the provenance of a report."""
+        given: dict[str, Any] = {k: v for k, v in vars(self).items() if v is not None}
+        if self.origin is not None:
+            given["origin"] = [self.origin.x_m, self.origin.y_m, self.origin.yaw]
+        return {"overrides": given} if given else {}
+
+
+@dataclass(frozen=True)
+class ScoreJob:
+    """Score one map, or a points file without one (`map` is None); `draw` also makes page and picture."""
+
+    map: str | None
+    arena: Arena
+    settings: Settings
+    overrides: Overrides = Overrides()
+    points: str | None = None
+    start: StartPose | None = None
+    draw: bool = False
+
+    @property
+    def name(self) -> str:
+        """What the result is called: the map, or the points file where there is none."""
+        return self.map or self.points or ""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A report document or an error document, and the content of its folder where one was asked for."""
+
+    document: Document
+    content: ReportContent | None = None
+
+
+def score(job: ScoreJob) -> Outcome:
+    """Read and score one map; a fault of the file becomes an error document."""
+    started = time.perf_counter()
+    try:
+        grid = None if job.map is None else job.overrides.read(job.map)
+        report, inputs = _evaluate(job, grid)
+        settings = profile_document(job.settings)
+        seconds = time.perf_counter() - started
+        document = report_document(report, settings, round(seconds, 4), inputs)
+        return Outcome(document, _content(report, grid, document) if job.draw else None)
+    except FidmapError as error:
+        return Outcome(error_document(job.name, error.code, str(error)))
+
+
+def died(job: ScoreJob) -> Outcome:
+    """The error document of a map whose process was killed."""
+    text = f"{job.name}: its process died, probably for lack of memory; score it alone, or with fewer --workers"
+    return Outcome(error_document(job.name, "process-died", text))
+
+
+def _evaluate(job: ScoreJob, grid: Grid | None) -> tuple[Report, Document]:
+    """The report, and what beside map and arena is needed to make it again."""
+    inputs = job.overrides.document()
+    if job.points is None:
+        assert grid is not None, "a job has a map or a points file"
+        return evaluate(grid, job.arena, job.settings, job.start), inputs
+    parts = read_points(job.points)
+    check_ids(parts, job.arena, job.points)
+    digest = hashlib.sha256(Path(job.points).read_bytes()).hexdigest()
+    # without a map the arena stands for it, so that every edit of a points file replaces the last report
+    source = Source(job.points, job.arena.sha256, "points")
+    report = evaluate_points(parts, job.arena, job.settings, job.start, grid, source)
+    return report, {**inputs, "points": job.points, "points_sha256": digest}
+
+
+def _content(report: Report, grid: Grid | None, document: Document) -> ReportContent:
+    """Everything that a report's folder holds."""
+    overlay = draw_overlay(report, None if grid is None else trinarize(grid))
+    drawing = overlay.svg()
+    return ReportContent(
+        document,
+        report_page(document, drawing),
+        drawing,
+        overlay.png(),
+        points_csv(report.detections, _names(report)),
+    )
+
+
+def _names(report: Report) -> list[str | None]:
+    """Per detection the part that it was assigned to."""
+    names: list[str | None] = [None] * len(report.detections)
+    for part, j in zip(report.arena.parts, report.assignment.barrel_of, strict=True):
+        if j is not None:
+            names[j] = part.id
+    return names
+
+
+@dataclass(frozen=True)
+class DetectJob:
+    """Find the barrel parts of one map."""
+
+    map: str
+    radius_m: float
+    overrides: Overrides
+    min_confidence: float
+    min_drawn: float
+
+
+def detect(job: DetectJob) -> tuple[Document, Grid | None, tuple[BarrelPart, ...]]:
+    """The detect document (or error document), the grid and the parts; seconds are of the finding alone."""
+    try:
+        grid = job.overrides.read(job.map)
+        trinary = trinarize(grid)
+        started = time.perf_counter()
+        found = find_barrel_parts(trinary, job.radius_m)
+        seconds = time.perf_counter() - started
+    except FidmapError as error:
+        return error_document(job.map, error.code, str(error)), None, ()
+    parts = tuple(p for p in found if p.confidence >= job.min_confidence and p.drawn >= job.min_drawn - 1e-9)
+    return detect_document(job.map, job.radius_m, parts, round(seconds, 6)), grid, parts

@@ -59,9 +59,7 @@ def test_doors_are_wide_enough_and_shut_ones_are_shut():
     """One looks through an open door and at the leaf of a shut one, at most half a thickness away."""
     for closed in (False, True):
         floor, wall = Floor(0.3), Wall((0.0, 0.0), (4.0, 0.0), 0.2)
-        before, behind = add_door(
-            np.random.default_rng(1), floor, wall, 2.0, PLAIN, inside=LEFT, closed=closed
-        )
+        before, behind = add_door(np.random.default_rng(1), floor, wall, 2.0, PLAIN, inside=LEFT, closed=closed)
         wall.build(floor)
 
         assert (before[1], behind[1]) == (pytest.approx(-0.8), pytest.approx(0.8))

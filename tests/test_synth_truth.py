@@ -96,9 +96,7 @@ def test_half_of_a_whole_barrel_is_enough(way, drawn):
     assert truth.drawn == drawn
 
 
-@pytest.mark.parametrize(
-    ("radius_m", "resolution_m"), [(0.12, 0.04), (0.15, 0.05), (0.30, 0.10), (0.45, 0.10)]
-)
+@pytest.mark.parametrize(("radius_m", "resolution_m"), [(0.12, 0.04), (0.15, 0.05), (0.30, 0.10), (0.45, 0.10)])
 def test_three_cells_per_radius_are_enough(radius_m, resolution_m):
     """On exact maps all parts that are seen well are drawn, at coarse cells and small radii too."""
     maze = ArenaSpec(5, 4, pairs=4, wholes=1, radius_m=radius_m, pallet_m=1.6, openness=0.3)

@@ -107,6 +107,7 @@ def any_laser(rng: np.random.Generator) -> Laser:
         mixed=float(rng.uniform(0.1, 0.5)),
         dropout=float(rng.uniform(0.0, 0.01)),
         skew=float(rng.uniform(0.0, 0.1)) if rng.random() < 0.5 else 0.0,
+        silent=bool(rng.random() < 0.6),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,10 +13,14 @@ from fidmap.model import FloatArray, StartPose, Transform
 from fidmap.register.hypotheses import within
 from fidmap.register.problem import Problem
 
+# seeded trials per maximum of a discretised value
+SETTLE_ROUNDS = 24
+SETTLE_TRIALS = 1500
+
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """A transform with its assignment and worth; ordered by `key`, the greatest first."""
+    """A transform with its assignment and worth; sorted by `order`."""
 
     transform: Transform
     value: float
@@ -24,15 +29,20 @@ class Placement:
     squares: float
 
     @property
-    def key(self) -> tuple[float, ...]:
-        """Greatest value, then continuous value, then least squares, then the smallest move."""
+    def order(self) -> tuple[object, ...]:
+        """What sorts placements, the best first, so that equal optima are told apart.
+
+        Greatest value, greatest continuous value, least squares, least rotation, least translation, then the first
+        assignment: fiducial parts stand in the order of their ids, barrel parts in that of their x and y.
+        """
         move = self.transform
         return (
-            round(self.value, 7),
-            round(self.closeness, 3),
-            -round(self.squares, 6),
-            -round(abs(np.angle(np.exp(1j * move.rotation))), 6),
-            -round(float(np.hypot(move.tx_m, move.ty_m)), 6),
+            -round(self.value, 7),
+            -round(self.closeness, 3),
+            round(self.squares, 6),
+            round(abs(math.remainder(move.rotation, 2 * math.pi)), 6),
+            round(math.hypot(move.tx_m, move.ty_m), 6),
+            sorted((int(i), int(j)) for i, j in self.pairs),
         )
 
 
@@ -85,44 +95,43 @@ def fit_pairs(problem: Problem, pairs: npt.NDArray[np.intp], start: Transform, s
     return replace(best, mirrored=start.mirrored)
 
 
-def settle_steps(problem: Problem, start: Placement, pose: StartPose | None, rounds: int = 10) -> Placement:
+def settle_steps(problem: Problem, start: Placement, pose: StartPose | None) -> Placement:
     """Raise a discretised value by seeded perturbations: it is flat between jumps, so gradients tell nothing."""
     random = np.random.default_rng(0)
-    arm = float(np.sqrt(np.mean(np.sum((problem.barrels - problem.barrels.mean(axis=0)) ** 2, axis=1)))) or 1.0
-    best, reach = start, problem.radius_m
-    for _ in range(rounds):
-        moves = random.normal(size=(200, 4)) * reach * [1 / arm, 1, 1, 1 / arm]
-        trials = _perturb(best.transform, moves, problem.barrels.mean(axis=0), problem.scale_range)
-        trials = [t for t in trials if within(np.array([[t.rotation, t.tx_m, t.ty_m, t.scale]]), pose)[0]]
-        worth = _fixed_pair_values(problem, best.pairs, trials)
-        for k in np.argsort(-worth, kind="stable")[:8]:
-            trial = place(problem, trials[k])
-            if (trial.value, trial.closeness) > (best.value + 1e-9, -1.0) or (
-                abs(trial.value - best.value) <= 1e-9 and trial.closeness > best.closeness
-            ):
+    centre = problem.barrels.mean(axis=0)
+    arm = float(np.sqrt(np.mean(np.sum((problem.barrels - centre) ** 2, axis=1)))) or 1.0
+    best = start
+    for k in range(SETTLE_ROUNDS):
+        reach = problem.radius_m * 0.85 ** (k % 12)
+        moves = random.normal(size=(SETTLE_TRIALS, 4)) * reach * [1 / arm, 1, 1, 1 / arm]
+        trials = _perturbed(best.transform, moves, centre, problem.scale_range)
+        trials = trials[within(trials, pose)]
+        worth = _fixed_pair_values(problem, best, trials)
+        for one in np.argsort(-worth, kind="stable")[:6]:
+            rotation, tx, ty, scale = (float(v) for v in trials[one])
+            trial = place(problem, Transform(rotation, tx, ty, scale, best.transform.mirrored))
+            if (round(trial.value, 7), trial.closeness) > (round(best.value, 7), best.closeness):
                 best = trial
-        reach *= 0.75
     return best
 
 
-def _perturb(
+def _perturbed(
     transform: Transform, moves: FloatArray, centre: FloatArray, scale_range: tuple[float, float]
-) -> list[Transform]:
-    """Turn, shift and scale about the middle of the barrel parts, so that a turn moves them least."""
-    pivot = apply(transform, centre[None])[0]
-    trials = []
-    for turn, dx, dy, grow in moves:
-        scale = float(np.clip(transform.scale * (1 + grow), *scale_range))
-        rough = replace(transform, rotation=transform.rotation + turn, tx_m=0.0, ty_m=0.0, scale=scale)
-        shift = pivot + np.array([dx, dy]) - apply(rough, centre[None])[0]
-        trials.append(replace(rough, tx_m=float(shift[0]), ty_m=float(shift[1])))
-    return trials
+) -> FloatArray:
+    """Placements (T, 4) turned, shifted and scaled by moves (T, 4) about the barrel parts' middle, which a turn spares."""
+    rotation = transform.rotation + moves[:, 0]
+    scale = np.clip(transform.scale * (1 + moves[:, 3]), *scale_range)
+    middle = centre @ [1, -1j if transform.mirrored else 1j]
+    pivot = apply(transform, centre[None])[0] @ [1, 1j]
+    shift = pivot + moves[:, 1:3] @ [1, 1j] - scale * np.exp(1j * rotation) * middle
+    return np.stack([rotation, shift.real, shift.imag, scale], axis=1)
 
 
-def _fixed_pair_values(problem: Problem, pairs: npt.NDArray[np.intp], trials: list[Transform]) -> FloatArray:
-    """(T,) discretised value of the present pairs under each trial, with the continuous one as tie-break."""
-    target, source = problem.fiducials[pairs[:, 0]], problem.barrels[pairs[:, 1]]
-    moved = np.array([apply(trial, source) for trial in trials])
-    distance = np.linalg.norm(moved - target[None], axis=2)
+def _fixed_pair_values(problem: Problem, best: Placement, trials: FloatArray) -> FloatArray:
+    """(T,) discretised value of the present pairs under placements (T, 4), with the continuous one as tie-break."""
+    target = problem.fiducials[best.pairs[:, 0]] @ [1, 1j]
+    source = problem.barrels[best.pairs[:, 1]] @ [1, -1j if best.transform.mirrored else 1j]
+    moved = (trials[:, 3] * np.exp(1j * trials[:, 0]))[:, None] * source[None]
+    distance = np.abs(moved + (trials[:, 1] + 1j * trials[:, 2])[:, None] - target[None])
     value = (1 - problem.loss(distance)).sum(axis=1)
     return np.asarray(value + 1e-3 * np.maximum(0, 1 - distance / problem.d_max).sum(axis=1))

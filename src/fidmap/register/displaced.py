@@ -31,7 +31,7 @@ class _LeftOver:
 def displaced_submaps(problem: Problem, chosen: Placement, ids: Sequence[str]) -> tuple[Finding, ...]:
     """Findings `displaced-submap`, one per piece of at least three parts; the parts stay unassigned.
 
-    Each pair of a piece is within D/2 under the piece's own rigid move, and that move takes its arcs at least
+    Each pair of a piece is within D/4 under the piece's own rigid move (three parts fit by chance within D/2), and that move takes its arcs at least
     D/2 (rms) away from where the chosen placement puts them.
     """
     found = []
@@ -44,8 +44,8 @@ def displaced_submaps(problem: Problem, chosen: Placement, ids: Sequence[str]) -
 
 
 def _left_over(problem: Problem, chosen: Placement) -> _LeftOver:
-    """The rest of a problem, its barrel parts moved by the chosen transform, its pairs within D/2 or none."""
-    stricter = {**problem.settings.d_max_m, "relative_accuracy": problem.d_max / 2}
+    """The rest of a problem, its barrel parts moved by the chosen transform, its pairs within D/4 or none."""
+    stricter = {**problem.settings.d_max_m, "relative_accuracy": problem.d_max / 4}
     moved = replace(
         problem,
         barrels=apply(chosen.transform, problem.barrels),

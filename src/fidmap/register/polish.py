@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -75,24 +75,24 @@ def fit_pairs(problem: Problem, pairs: npt.NDArray[np.intp], start: Transform, s
     Each step minimises a quadratic that touches the truncated sum from below, so the value never falls (but for
     the smoothing of d near 0). A millionth of the squares is added: it decides where the sum is flat.
     """
-    target, source = problem.fiducials[pairs[:, 0]], problem.barrels[pairs[:, 1]]
-    unflipped = replace(start, mirrored=False)
-    if start.mirrored:
-        source = source * [1, -1]
-    best, best_value, softness = unflipped, -1.0, 0.05 * problem.d_max
-    current = unflipped
+    target = problem.fiducials[pairs[:, 0]] @ [1, 1j]
+    source = problem.barrels[pairs[:, 1]] @ [1, -1j if start.mirrored else 1j]
+    z, t = start.scale * np.exp(1j * start.rotation), complex(start.tx_m, start.ty_m)
+    best, best_value, softness = (z, t), -1.0, 0.05 * problem.d_max
     for _ in range(steps):
-        distance = np.linalg.norm(apply(current, source) - target, axis=1)
-        value = float(np.maximum(0, 1 - distance / problem.d_max).sum() - 1e-6 * (distance**2).sum())
-        if value > best_value:
-            best, best_value = current, value
+        distance = np.abs(z * source + t - target)
         near = distance < problem.d_max
-        if not near.any() or (softness < 1e-6 and value < best_value + 1e-12 and current is not best):
+        value = float((1 - distance[near] / problem.d_max).sum() - 1e-6 * (distance @ distance))
+        settled = softness < 1e-6 and value < best_value + 1e-12
+        if value > best_value:
+            best, best_value = (z, t), value
+        if settled or not near.any():
             break
-        weight = np.where(near, 1 / np.sqrt(distance**2 + softness**2), 0.0) + 1e-6
-        current = weighted_similarity(source, target, weight, problem.scale_range)
+        weight = near / np.sqrt(distance * distance + softness * softness) + 1e-6
+        z, t = weighted_similarity(source, target, weight, problem.scale_range)
         softness = max(softness * 0.7, 1e-7)
-    return replace(best, mirrored=start.mirrored)
+    z, t = best
+    return Transform(float(np.angle(z)), t.real, t.imag, float(np.clip(abs(z), *problem.scale_range)), start.mirrored)
 
 
 def settle_steps(problem: Problem, start: Placement, pose: StartPose | None) -> Placement:

@@ -25,13 +25,14 @@ R = 0.3
         ("down", 0.0, 0),
         ("down", 0.299, 0),
         ("down", 0.3, 1),
-        ("down", 0.9, 3),  # 0.9 / 0.3 is 3.0000000000000004 in doubles, 0.6 / 0.3 is 2
+        ("down", 0.9, 3),
         ("down", 1.19, 3),
         ("up", 0.0, 0),
         ("up", 0.01, 1),
         ("up", 0.3, 1),
         ("up", 0.9, 3),
         ("up", 0.91, 4),
+        ("up", 2.1, 7),  # 2.1 / 0.3 is 7.000000000000001 in doubles
     ],
 )
 def test_multiples_of_the_radius(rounding: Rounding, distance: float, steps: int) -> None:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
 from fidmap.geometry import angle_between
-from fidmap.model import FloatArray, StartPose
+from fidmap.model import FloatArray, StartPose, Transform
 from fidmap.register.problem import Problem
 
 # bounds of the work, counted and not timed, so that the same input gives the same answer anywhere
@@ -67,6 +67,25 @@ def within(hypotheses: FloatArray, start: StartPose | None) -> npt.NDArray[np.bo
     away = np.hypot(hypotheses[:, 1] - start.pose.x_m, hypotheses[:, 2] - start.pose.y_m)
     turned = angle_between(hypotheses[:, 0], start.pose.yaw)
     return np.asarray((away <= 3 * start.sigma_m) & (turned <= 3 * start.sigma_yaw))
+
+
+def nearest_within(transform: Transform, start: StartPose) -> Transform:
+    """The transform, moved into three sigma of the start pose where it lies outside."""
+    turn = math.remainder(transform.rotation - start.pose.yaw, 2 * math.pi)
+    dx, dy = transform.tx_m - start.pose.x_m, transform.ty_m - start.pose.y_m
+    turn_by = _share(3 * start.sigma_yaw, abs(turn))
+    go = _share(3 * start.sigma_m, math.hypot(dx, dy))
+    return replace(
+        transform,
+        rotation=start.pose.yaw + turn_by * turn,
+        tx_m=start.pose.x_m + go * dx,
+        ty_m=start.pose.y_m + go * dy,
+    )
+
+
+def _share(most: float, wanted: float) -> float:
+    """What share of `wanted` stays within `most`, a hair inside."""
+    return 1.0 if wanted <= most else most / wanted * (1 - 1e-12)
 
 
 def promising(problem: Problem, hypotheses: FloatArray) -> FloatArray:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from fidmap.geometry import apply, weighted_similarity
 from fidmap.model import FloatArray, StartPose, Transform
-from fidmap.register.hypotheses import within
+from fidmap.register.hypotheses import nearest_within, within
 from fidmap.register.problem import Problem
 
 # seeded trials per maximum of a discretised value
@@ -60,9 +60,7 @@ def climb(problem: Problem, start: Transform, pose: StartPose | None, rounds: in
         if len(best.pairs) == 0:
             break
         moved = fit_pairs(problem, best.pairs, best.transform, steps)
-        if not within(np.array([[moved.rotation, moved.tx_m, moved.ty_m, moved.scale]]), pose)[0]:
-            break
-        trial = place(problem, moved)
+        trial = place(problem, moved if pose is None else nearest_within(moved, pose))
         if trial.closeness <= best.closeness + 1e-9:
             break
         best = trial
@@ -95,6 +93,27 @@ def fit_pairs(problem: Problem, pairs: npt.NDArray[np.intp], start: Transform, s
     return Transform(float(np.angle(z)), t.real, t.imag, float(np.clip(abs(z), *problem.scale_range)), start.mirrored)
 
 
+def settle_squares(problem: Problem, start: Placement, pose: StartPose | None) -> Placement:
+    """Where the sum is flat, go towards the least squares as far as nothing is lost."""
+    target = problem.fiducials[start.pairs[:, 0]] @ [1, 1j]
+    source = problem.barrels[start.pairs[:, 1]] @ [1, -1j if start.transform.mirrored else 1j]
+    here = start.transform
+    z, t = weighted_similarity(source, target, np.ones(len(target)), problem.scale_range)
+    turn = math.remainder(float(np.angle(z)) - here.rotation, 2 * math.pi)
+    for share in (1.0, 0.5, 0.25, 0.125):
+        moved = replace(
+            here,
+            rotation=here.rotation + share * turn,
+            tx_m=here.tx_m + share * (t.real - here.tx_m),
+            ty_m=here.ty_m + share * (t.imag - here.ty_m),
+            scale=here.scale + share * (abs(z) - here.scale),
+        )
+        trial = place(problem, moved if pose is None else nearest_within(moved, pose))
+        if min(trial.value - start.value, trial.closeness - start.closeness) > -1e-9 and trial.squares < start.squares:
+            return trial
+    return start
+
+
 def settle_steps(problem: Problem, start: Placement, pose: StartPose | None) -> Placement:
     """Raise a discretised value by seeded perturbations: it is flat between jumps, so gradients tell nothing."""
     random = np.random.default_rng(0)
@@ -102,6 +121,8 @@ def settle_steps(problem: Problem, start: Placement, pose: StartPose | None) -> 
     arm = float(np.sqrt(np.mean(np.sum((problem.barrels - centre) ** 2, axis=1)))) or 1.0
     best = start
     for k in range(SETTLE_ROUNDS):
+        if best.value > len(best.pairs) - 1e-9 or (k == SETTLE_ROUNDS // 2 and best is start):
+            break
         reach = problem.radius_m * 0.85 ** (k % 12)
         moves = random.normal(size=(SETTLE_TRIALS, 4)) * reach * [1 / arm, 1, 1, 1 / arm]
         trials = _perturbed(best.transform, moves, centre, problem.scale_range)

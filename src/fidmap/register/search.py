@@ -9,7 +9,7 @@ import numpy as np
 from fidmap.geometry import apply
 from fidmap.model import FloatArray, StartPose, Transform
 from fidmap.register.hypotheses import placements, promising, within
-from fidmap.register.polish import Placement, climb, place, settle_steps
+from fidmap.register.polish import Placement, climb, place, settle_squares, settle_steps
 from fidmap.register.problem import Problem
 
 POLISHED = 60
@@ -25,7 +25,8 @@ def local_maxima(problem: Problem, start: StartPose | None = None) -> list[Place
     if problem.settings.mirror:
         flipped = replace(problem, barrels=problem.barrels * [1, -1], barrel_facings=-problem.barrel_facings)
         found += [place(problem, replace(m.transform, mirrored=True)) for m in _maxima(flipped, start)]
-    return _apart(problem, found, problem.d_max / 2)
+    maxima = _apart(problem, found, problem.d_max / 2)
+    return sorted((settle_squares(problem, m, start) for m in maxima), key=lambda m: m.order)
 
 
 def displacement(problem: Problem, placement: Placement, other: Transform) -> float:

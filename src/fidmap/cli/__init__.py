@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from fidmap.cli import demo, detect, profile, rank, score
-from fidmap.cli.exits import guarded
+from fidmap.cli.exits import UNUSABLE, complain, guarded
 from fidmap.version import __version__
 
 app = typer.Typer(
@@ -48,9 +48,14 @@ app.command("demo")(guarded(demo.demo))
 
 def main() -> None:
     """The console script."""
-    # a pipe that is closed early (fidmap ... | head) is no fault of the user's
     try:
         app()
     except BrokenPipeError:
+        # a pipe that is closed early (fidmap ... | head) is no fault of the user's
         sys.stderr.close()
-        sys.exit(1)
+        sys.exit(UNUSABLE)
+    except OSError as error:
+        if error.filename is not None:
+            raise
+        complain(f"the result could not be written to stdout ({error.strerror})")
+        sys.exit(UNUSABLE)

@@ -7,20 +7,22 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from fidmap.cli.exits import usage
-from fidmap.model import ATTRIBUTES, Arena
+from fidmap.model import ATTRIBUTES, LONG, SHORT, Arena
+
+NAMES = {*ATTRIBUTES, SHORT, LONG, "overall"}
 
 
 def split_gates(words: Sequence[str], maps: Sequence[str]) -> tuple[list[str], list[str]]:
     """Gates and maps: `--fail-under coverage=0.9 consistency=0.8` leaves its second word among the maps."""
     if not words:
         return [], list(maps)
-    gates = [word for word in maps if word.partition("=")[0] in {*ATTRIBUTES, "overall"} and "=" in word]
+    gates = [word for word in maps if "=" in word and word.partition("=")[0] in NAMES]
     return [*words, *gates], [word for word in maps if word not in gates]
 
 
 def parse_gates(words: Iterable[str], arena: Arena) -> dict[str, float]:
     """`0.8` (overall) or `NAME=0.9`, NAME an attribute or a class of the arena's groups, to limits."""
-    known = {*ATTRIBUTES, "overall", "short", "long", *(g.named_class for g in arena.groups if g.named_class)}
+    known = {*NAMES, *(g.named_class for g in arena.groups if g.named_class)}
     limits: dict[str, float] = {}
     for word in words:
         name, equals, number = word.rpartition("=")

@@ -11,7 +11,6 @@ import typer
 from fidmap.cli import options
 from fidmap.cli.exits import DONE, UNUSABLE, complain, usage
 from fidmap.cli.inputs import distinct, progress_bar
-from fidmap.model import FidmapError
 
 if TYPE_CHECKING:
     from fidmap.study.jobs import DetectJob
@@ -61,6 +60,7 @@ def _one(job: DetectJob, name: str, out: Path | None, json: bool) -> int:
     """Find, write and print the parts of one map; its exit code."""
     from rich.console import Console
 
+    from fidmap.model import OutputError
     from fidmap.report.detections import print_detections, write_detections
     from fidmap.report.json_line import json_line
     from fidmap.study.jobs import detect as find
@@ -78,7 +78,7 @@ def _one(job: DetectJob, name: str, out: Path | None, json: bool) -> int:
     try:
         if out is not None:
             write_detections(out, name, grid, parts, job.radius_m)
-    except FidmapError as error:
+    except OutputError as error:
         complain(str(error))
         return UNUSABLE
     return DONE

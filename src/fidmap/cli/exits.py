@@ -9,7 +9,6 @@ from typing import ParamSpec
 
 import typer
 
-from fidmap.model import FidmapError
 from fidmap.report.wording import clean
 
 DONE, UNUSABLE, USAGE, GATE_FAILED = 0, 1, 2, 3
@@ -23,7 +22,13 @@ def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
     def run(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
         try:
             command(*args, **kwargs)
-        except FidmapError as error:
+        except typer.Exit:
+            raise
+        except Exception as error:
+            from fidmap.model import FidmapError  # brings numpy along, so not before a command runs
+
+            if not isinstance(error, FidmapError):
+                raise
             complain(str(error))
             raise typer.Exit(UNUSABLE) from None
 

@@ -13,7 +13,6 @@ from fidmap.cli import options
 from fidmap.cli.exits import DONE, GATE_FAILED, UNUSABLE, complain, usage
 from fidmap.cli.gates import failures, parse_gates, split_gates
 from fidmap.cli.inputs import distinct, progress_bar
-from fidmap.model import ArenaFileError, FidmapError
 
 if TYPE_CHECKING:
     from fidmap.model import Arena, Settings
@@ -78,6 +77,7 @@ def score(
 def _read_arena(arena: str, profile: str, points: str | None) -> tuple[Arena, Settings]:
     """The profile first: its limit decides which groups are long."""
     from fidmap.arena import read_arena
+    from fidmap.model import ArenaFileError
     from fidmap.profiles import read_profile
 
     settings = read_profile(profile)
@@ -122,13 +122,14 @@ def _finish(job: ScoreJob, name: str, outcome: Outcome, out: Path | None, json: 
 
 def _write(job: ScoreJob, name: str, outcome: Outcome, out: Path) -> str | None:
     """The name of the folder that holds the report; None where there is none, which is told."""
+    from fidmap.model import OutputError
     from fidmap.report.files import write_report
 
     if outcome.content is None:
         return None
     try:
         written = write_report(out, name, outcome.content, None if job.points is None else Path(job.points))
-    except FidmapError as error:
+    except OutputError as error:
         complain(str(error))
         return None
     for note in written.notes:

@@ -95,9 +95,7 @@ def _add_walls(rng: np.random.Generator, floor: Floor, spec: FieldSpec) -> None:
         away = length / 2 * np.array([[math.cos(turn), math.sin(turn)]])
         reach = RIM_M + length / 2
         x, y = rng.uniform(reach, max(reach, spec.size_m - reach), 2)
-        along = [
-            (x + t * away[0, 0], y + t * away[0, 1]) for t in np.linspace(-1, 1, math.ceil(length / 0.4) + 1)
-        ]
+        along = [(x + t * away[0, 0], y + t * away[0, 1]) for t in np.linspace(-1, 1, math.ceil(length / 0.4) + 1)]
         if not all(floor.has_room(px, py, 0.3) for px, py in along):
             continue
         wall = Wall(along[0], along[-1], spec.wall_m)

@@ -53,9 +53,7 @@ class Floor:
         corners = np.array([[-x, -y], [-x, y], [x, y], [x, -y]])[: min(sides, 3) + 1]
         self.line(turned(corners, turn) + centre, closed=sides == 4)
 
-    def round(
-        self, x_m: float, y_m: float, radius_m: float, facing: float = 0.0, opening: float = WHOLE
-    ) -> None:
+    def round(self, x_m: float, y_m: float, radius_m: float, facing: float = 0.0, opening: float = WHOLE) -> None:
         """A whole round or an arc that shows towards `facing`."""
         self.arcs.append((x_m, y_m, radius_m, facing, opening))
 
@@ -110,9 +108,7 @@ class Wall:
     sides: those that can be seen, LEFT or RIGHT of its direction.
     """
 
-    def __init__(
-        self, start: Point, end: Point, thick_m: float, sides: tuple[int, ...] = (LEFT, RIGHT)
-    ) -> None:
+    def __init__(self, start: Point, end: Point, thick_m: float, sides: tuple[int, ...] = (LEFT, RIGHT)) -> None:
         self.start = start
         self.length = math.dist(start, end)
         self.direction = math.atan2(end[1] - start[1], end[0] - start[0])

@@ -147,9 +147,7 @@ def column(rng: np.random.Generator, floor: Floor, area: Rect) -> bool:
     low, high = ((0.2, 0.28), (0.33, 0.6))[int(rng.integers(2))]
     radius_m = unlike(rng, low, high, floor.radius_m)
     if rng.random() < 0.5:
-        return _round_at(
-            floor, area.along_side(rng, (radius_m, float(rng.uniform(0.0, 1.0)) * radius_m))[0], radius_m
-        )
+        return _round_at(floor, area.along_side(rng, (radius_m, float(rng.uniform(0.0, 1.0)) * radius_m))[0], radius_m)
     return _round_at(floor, area.anywhere(rng, radius_m + 0.6), radius_m)
 
 
@@ -227,17 +225,13 @@ def person(rng: np.random.Generator, x_m: float, y_m: float) -> FloatArray:
     """Arcs of somebody who stands there: two legs, or a body of two overlapping rounds."""
     turn = float(rng.uniform(0, math.pi))
     legs = rng.random() < 0.7
-    radius_m, apart = (
-        (rng.uniform(0.05, 0.09), rng.uniform(0.1, 0.2)) if legs else (rng.uniform(0.11, 0.15), 0.1)
-    )
+    radius_m, apart = (rng.uniform(0.05, 0.09), rng.uniform(0.1, 0.2)) if legs else (rng.uniform(0.11, 0.15), 0.1)
     away = apart * np.array([[math.cos(turn), math.sin(turn)]])
     places = np.array([x_m, y_m]) + [[1.0], [-1.0]] * away
     return np.column_stack([places, np.full((2, 3), [radius_m, 0.0, 2 * math.pi])])
 
 
-def crowds(
-    rng: np.random.Generator, places: FloatArray, people: int, stretches: int
-) -> tuple[FloatArray, ...]:
+def crowds(rng: np.random.Generator, places: FloatArray, people: int, stretches: int) -> tuple[FloatArray, ...]:
     """Who stands about during each of some stretches of a drive: up to twice `people`, at places (N, 2)."""
     result = []
     for _ in range(stretches if people and len(places) else 0):

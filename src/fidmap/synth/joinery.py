@@ -27,9 +27,7 @@ class Joinery:
     def random(rng: np.random.Generator) -> Joinery:
         """A building's style; one in five has no frames."""
         proud_m = 0.0 if rng.random() < 0.2 else float(rng.uniform(0.05, 0.15))
-        return Joinery(
-            float(rng.uniform(0.04, 0.12)), proud_m, bool(rng.random() < 0.6), float(rng.uniform(0.2, 0.9))
-        )
+        return Joinery(float(rng.uniform(0.04, 0.12)), proud_m, bool(rng.random() < 0.6), float(rng.uniform(0.2, 0.9)))
 
 
 def add_door(
@@ -126,18 +124,14 @@ def add_pilaster(rng: np.random.Generator, floor: Floor, wall: Wall) -> bool:
     }[str(kind)]
     half = deep if kind == "round" else half
     at = wall.find(rng, half + 0.05, [side])
-    if at is None or not floor.has_room(
-        *wall.xy(at, side * (wall.thick_m / 2 + deep / 2)), max(half, deep / 2)
-    ):
+    if at is None or not floor.has_room(*wall.xy(at, side * (wall.thick_m / 2 + deep / 2)), max(half, deep / 2)):
         return False
     wall.take(at, half, [side])
     face = side * wall.thick_m / 2
     if kind == "round":
         floor.round(*wall.xy(at, face), deep, wall.direction + side * math.pi / 2, math.pi)
     else:
-        wall.box(
-            floor, (at - half, at + half), (min(face, face + side * deep), max(face, face + side * deep))
-        )
+        wall.box(floor, (at - half, at + half), (min(face, face + side * deep), max(face, face + side * deep)))
     floor.block(*wall.xy(at, face + side * deep / 2), max(half, deep / 2) * 0.8)
     return True
 

@@ -108,8 +108,7 @@ def _goals(rng: np.random.Generator, plan: FloorPlan, entered: float) -> list[Po
     for corridor in plan.corridors:
         long = int(max(corridor.size) // 2.5) + 1
         xs, ys = (
-            np.linspace(a + 0.7, b - 0.7, long + 1)
-            for a, b in ((corridor.x0, corridor.x1), (corridor.y0, corridor.y1))
+            np.linspace(a + 0.7, b - 0.7, long + 1) for a, b in ((corridor.x0, corridor.x1), (corridor.y0, corridor.y1))
         )
         goals += [(float(x), float(y)) for x, y in zip(xs, ys, strict=True)]
     for number, (before, behind) in plan.doors.items():

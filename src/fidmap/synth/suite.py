@@ -167,9 +167,7 @@ def _with_radius(maze: ArenaSpec, radius_m: float) -> ArenaSpec:
     return replace(maze, radius_m=radius_m, pallet_m=max(maze.pallet_m, 2 * radius_m / WIDEST))
 
 
-def _enlarged(
-    rng: np.random.Generator, spec: CaseSpec, maze: ArenaSpec, radius_rng: np.random.Generator
-) -> CaseSpec:
+def _enlarged(rng: np.random.Generator, spec: CaseSpec, maze: ArenaSpec, radius_rng: np.random.Generator) -> CaseSpec:
     """A big arena with more objects on a map of 1500 to 4000 cells, seen with fewer and coarser scans."""
     resolution_m = float(rng.choice([0.02, 0.025, 0.05], p=[0.4, 0.4, 0.2]))
     pallets = int(rng.integers(16, 29))

@@ -58,9 +58,7 @@ def trajectory(
     return poses_along((_looking_around(pallets)[:, ::-1] + 0.5) * maze.pallet_m, rng, spacing_m)
 
 
-def drive(
-    arena: SynthArena, rng: np.random.Generator, explored: float = 1.0, spacing_m: float = 0.25
-) -> FloatArray:
+def drive(arena: SynthArena, rng: np.random.Generator, explored: float = 1.0, spacing_m: float = 0.25) -> FloatArray:
     """True poses (M, 3) of the scans: along the arena's own way, as far as explored, or through its maze."""
     if arena.way is None:
         return trajectory(arena.maze, rng, explored, spacing_m)

@@ -152,17 +152,24 @@ def train(x: FloatArray, y: FloatArray, seed: int = 0) -> dict[str, FloatArray]:
     }  # fmt: skip
 
 
-def main() -> int:
-    """Make the maps, train, write the network."""
+def artificial_tables() -> list[Table]:
+    """The tables of all artificial maps."""
     jobs = [(tier, index) for tier, number in SUITES for index in range(number)]
     with ProcessPoolExecutor(2) as pool:
-        artificial = list(pool.map(synthetic, jobs, chunksize=4))
+        made = list(pool.map(synthetic, jobs, chunksize=2))
     for tier, number in SUITES:
-        size = sum(len(t[1]) for t, job in zip(artificial, jobs, strict=True) if job[0] == tier)
-        sys.stdout.write(f"{tier}: {number} maps, {size} hypotheses\n")
-    tables = artificial + list(real()) * A2_COPIES
-    x, y = np.concatenate([t[0] for t in tables]), np.concatenate([t[1] for t in tables])
-    sys.stdout.write(f"{len(artificial)} artificial maps, {len(x)} hypotheses, {int(y.sum())} of them true\n")
+        mine = [t for t, job in zip(made, jobs, strict=True) if job[0] == tier]
+        true, total = sum(t[1].sum() for t in mine), sum(len(t[1]) for t in mine)
+        sys.stdout.write(f"{tier}: {number} maps, {total} hypotheses, {int(true)} of them true\n")
+    return made
+
+
+def main() -> int:
+    """Make the maps, train, write the network."""
+    both = artificial_tables() + list(real()) * A2_COPIES
+    x, y = np.concatenate([t[0] for t in both]), np.concatenate([t[1] for t in both])
+    if len(sys.argv) > 1:  # the numbers behind the network, to study them
+        np.savez_compressed(sys.argv[1], x=x.astype(np.float32), y=y)
     stored = {name: value.astype(np.float32) for name, value in train(x, y).items()}
     np.savez(TARGET, **stored)  # type: ignore[arg-type]
     return 0

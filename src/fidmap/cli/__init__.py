@@ -5,6 +5,7 @@ Heavy imports happen inside the commands, so that `fidmap --help` answers at onc
 
 from __future__ import annotations
 
+import os
 import sys
 from typing import Annotated
 
@@ -48,6 +49,9 @@ app.command("demo")(guarded(demo.demo))
 
 def main() -> None:
     """The console script."""
+    # one thread a process: maps are what runs side by side, our matrices are small, and sums keep their order
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"):
+        os.environ.setdefault(name, "1")
     try:
         app()
     except BrokenPipeError:

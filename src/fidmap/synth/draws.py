@@ -53,7 +53,7 @@ def random_office_spec(rng: np.random.Generator, radius_m: float) -> OfficeSpec:
         singles=int(rng.integers(0, 4)),
         wholes=int(rng.integers(0, 3)),
         wall_m=float(rng.uniform(0.05, 0.25)),
-        furniture=float(rng.uniform(0.2, 2.0)),
+        furniture=float(rng.uniform(0.3, 3.0)),
         features=float(rng.uniform(0.3, 2.0)),
         people=int(rng.integers(0, 4)),
         entered=float(rng.uniform(0.3, 1.0)),
@@ -107,6 +107,7 @@ def any_laser(rng: np.random.Generator) -> Laser:
         mixed=float(rng.uniform(0.1, 0.5)),
         dropout=float(rng.uniform(0.0, 0.01)),
         skew=float(rng.uniform(0.0, 0.1)) if rng.random() < 0.5 else 0.0,
+        silent=bool(rng.random() < 0.6),
     )
 
 

@@ -28,7 +28,8 @@ class FieldSpec:
 
     size_m: side of the square. wholes: whole barrels, pattern: how they stand. pairs: half barrels on both
     sides of free-standing walls. walls: how many of these. things: cones, boxes, columns and the like.
-    fenced: a wall runs around the field. one_sided: the robot stays on the lower third. people: at once, on average.
+    fenced: a wall runs around the field. one_sided: the robot stays on the lower third. people: at once, on
+    average.
     """
 
     size_m: float = 12.0

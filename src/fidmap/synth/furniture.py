@@ -211,7 +211,8 @@ def partition(rng: np.random.Generator, floor: Floor, area: Rect) -> bool:
 
 def sofa(rng: np.random.Generator, floor: Floor, area: Rect) -> bool:
     """A couch or an armchair with its back to a wall: a box with round arms."""
-    half, arm = (float(rng.uniform(0.4, 1.0)), float(rng.uniform(0.35, 0.45))), float(rng.uniform(0.08, 0.14))
+    half = (float(rng.uniform(0.4, 1.0)), float(rng.uniform(0.35, 0.45)))
+    arm = unlike(rng, 0.08, 0.14, floor.radius_m)
     centre, turn = area.along_side(rng, half)
     if not _settled(floor, centre, half[0]):
         return False

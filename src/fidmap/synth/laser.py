@@ -29,7 +29,7 @@ class Laser:
     beams at edges that return something between the two ranges. dropout: share of beams without return. skew:
     share of the motion between two scans that happens during one sweep. tilt: deviation of roll and pitch;
     height_m: of the sensor over the floor (beams tilted down end there, and slant ranges are longer than
-    plane ones).
+    plane ones). silent: beams beyond reach are missing, as where a program drops them, instead of inf.
     """
 
     fov: float = math.radians(270)
@@ -41,6 +41,7 @@ class Laser:
     skew: float = 0.0
     tilt: float = 0.0
     height_m: float = 0.4
+    silent: bool = False
 
     @property
     def bearings(self) -> FloatArray:
@@ -212,7 +213,8 @@ def scan(arena: SynthArena, poses: FloatArray, laser: Laser, rng: np.random.Gene
     ranges, hits = _tilted(ranges, hits, laser, rng)
     ranges, hits = _mixed(ranges, hits, laser, rng)
     ranges = ranges + laser.noise_m * rng.standard_normal(ranges.shape)
-    ranges[rng.random(ranges.shape) < laser.dropout] = np.nan
+    lost = rng.random(ranges.shape) < laser.dropout
+    ranges[lost | np.isinf(ranges) if laser.silent else lost] = np.nan
     crowd = max(map(len, arena.crowds), default=0)
     names = [np.full(len(arena.walls), -1), arena.arc_part, np.full(crowd + 1, -1)]
     part_of = np.concatenate(names).astype(np.int16)

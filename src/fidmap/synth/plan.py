@@ -136,7 +136,7 @@ def _add_rooms(rng: np.random.Generator, floor: Floor, plan: FloorPlan, number: 
 def _cuts(rng: np.random.Generator, span: Interval) -> list[float]:
     """Ends of the rooms of 2.2 to 6 m that fill a span."""
     length = span[1] - span[0]
-    count = max(1, round(length / float(rng.uniform(2.8, 5.0))))
+    count = max(1, round(length / float(rng.uniform(2.6, 4.6))))
     share = rng.uniform(0.6, 1.4, count)
     return [float(x) for x in span[0] + np.cumsum(share) / share.sum() * length]
 

@@ -145,11 +145,12 @@ def random_spec(rng: np.random.Generator, tier: Tier) -> CaseSpec:
 
 
 def _random_place(rng: np.random.Generator, tier: Tier, radius_rng: np.random.Generator) -> CaseSpec:
-    """A case in an office or a field, by any laser and mapper; short-sighted ones are driven more slowly."""
+    """A case in an office or a field, by any laser and mapper; scans are fewer where beams are many."""
     resolution_m = float(rng.choice(REAL_RESOLUTIONS_M))
     radius_m = random_radius(radius_rng, resolution_m)
     laser = any_laser(rng)
-    usable_m = float(rng.uniform(8, 20))
+    usable_m = float(rng.uniform(8, 20) * min(1.0, resolution_m / 0.04))
+    spacing_m = float(rng.uniform(0.2, 0.5)) + (0.15 if laser.step < math.radians(0.4) else 0.0)
     return CaseSpec(
         arena=random_office_spec(rng, radius_m) if tier == "office" else random_field_spec(rng, radius_m),
         laser=laser,
@@ -157,7 +158,7 @@ def _random_place(rng: np.random.Generator, tier: Tier, radius_rng: np.random.Ge
         mapper=replace(MAPPERS[random_mapper(rng, tier)], usable_m=usable_m),
         resolution_m=resolution_m,
         explored=float(rng.uniform(0.4, 0.9)) if rng.random() < 0.25 else 1.0,
-        spacing_m=float(rng.uniform(0.2, 0.5)),
+        spacing_m=spacing_m,
         frame=Pose2(rng.uniform(-8, 8), rng.uniform(-8, 8), rng.uniform(-math.pi, math.pi)),
     )
 

@@ -13,9 +13,11 @@ from fidmap.detect.measure import band_cells
 from fidmap.grid import metres_to_cells
 from fidmap.model import BarrelPart, FloatArray, TrinaryGrid
 
-# what the raster alone spreads, in cells: tuned on artificial maps with exact poses
-RASTER_SPREAD = 0.42
-BAND = 0.6
+# tuned on artificial maps (tune split): what the raster alone spreads, in cells; and what turns the median of |r - R|
+# into the deviation of the poses, which hit-counting mappers widen
+RASTER_SPREAD = 0.46
+TO_DEVIATION = 1.23
+BAND = 0.9
 
 
 def with_spreads(grid: TrinaryGrid, parts: Sequence[BarrelPart], radius_m: float) -> tuple[BarrelPart, ...]:
@@ -37,8 +39,8 @@ def radial_spreads(
 ) -> FloatArray:
     """Robust radial spread (K,) in cells of the occupied cells about circles (K, 2), beyond what the raster causes.
 
-    Of the cells within 0.6 R of the ring and `reach` of the facing, each weighed by 1/r so that rings of all radii
-    count the same: 1.48 times the weighted median of |r - R|, less the raster's own in squares.
+    Of the cells within 0.9 R of the ring and `reach` of the facing, each weighed by 1/r so that rings of all radii
+    count the same: 1.23 times the weighted median of |r - R|, less the raster's own in squares.
     """
     cells = band_cells(grid.labels, centres, radius, BAND * radius)
     r, angle = cells.polar(centres)
@@ -50,5 +52,5 @@ def radial_spreads(
     total = np.cumsum(np.take_along_axis(weight, order, axis=1), axis=1)
     middle = np.minimum((total < total[:, -1:] / 2).sum(axis=1), away.shape[1] - 1)
     median = np.take_along_axis(away, np.take_along_axis(order, middle[:, None], axis=1), axis=1)[:, 0]
-    spread = np.where(np.isfinite(median), 1.48 * median, BAND * radius)
+    spread = np.where(np.isfinite(median), TO_DEVIATION * median, BAND * radius)
     return np.sqrt(np.maximum(0.0, spread**2 - RASTER_SPREAD**2))

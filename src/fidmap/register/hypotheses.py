@@ -105,7 +105,7 @@ def field_scores(problem: Problem, hypotheses: FloatArray) -> FloatArray:
     field = _DistanceField(problem)
     total = np.zeros(len(hypotheses))
     turn = hypotheses[:, 3] * np.exp(1j * hypotheses[:, 0])
-    usable = problem.allowed.any(axis=0)
+    usable = np.asarray(problem.allowed.any(axis=0))
     usable[problem.fixed[:, 1]] = True
     facings = problem.barrel_facings.copy()
     facings[problem.fixed[:, 1]] = math.nan

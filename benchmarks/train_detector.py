@@ -8,8 +8,10 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 from scipy.optimize import minimize
 
@@ -20,13 +22,15 @@ from fidmap.detect.ring import RingSampler
 from fidmap.detect.votes import centre_candidates
 from fidmap.grid import cells_to_metres, trinarize
 from fidmap.maps import read_map
-from fidmap.model import FloatArray, TrinaryGrid
+from fidmap.model import FloatArray, Label, TrinaryGrid
 from fidmap.synth.poses import Tier
 from fidmap.synth.suite import case_rng, make_case, random_spec
 from fidmap.synth.truth import PartTruth
 
 TARGET = Path(__file__).resolve().parents[1] / "src" / "fidmap" / "detect" / "network.npz"
-SUITES: tuple[tuple[Tier, int], ...] = (("clean", 110), ("noisy", 110), ("broken", 90), ("large", 3))
+SUITES: tuple[tuple[Tier, int], ...] = (
+    ("clean", 80), ("noisy", 80), ("broken", 60), ("large", 2), ("office", 110), ("field", 90),
+)  # fmt: skip
 SEED = 1
 A2 = (
     "m28",
@@ -89,7 +93,20 @@ def synthetic(job: tuple[Tier, int]) -> Table:
     rng = case_rng("tune", SEED, tier, index)
     case = make_case(rng, random_spec(rng, tier), tier=tier)
     parts = [drawn_part(truth) for truth in case.truths]
-    return table(trinarize(case.grid), case.arena.arena.radius_m, parts)
+    return table(worn(trinarize(case.grid), rng), case.arena.arena.radius_m, parts)
+
+
+def worn(grid: TrinaryGrid, rng: np.random.Generator) -> TrinaryGrid:
+    """Some maps in black and white, with thicker walls, or with holes in them: what programs and people do to maps."""
+    labels = np.array(grid.labels)
+    if rng.random() < 0.15:
+        labels[labels == Label.UNKNOWN] = Label.FREE
+    if rng.random() < 0.12:
+        labels[cv2.dilate((labels == Label.OCCUPIED).astype(np.uint8), np.ones((2, 2), np.uint8)) > 0] = Label.OCCUPIED
+    if rng.random() < 0.25:
+        holes = (labels == Label.OCCUPIED) & (rng.random(labels.shape) < rng.uniform(0.03, 0.2))
+        labels[holes] = rng.choice([Label.FREE, Label.UNKNOWN])
+    return replace(grid, labels=labels)
 
 
 def real() -> Iterator[Table]:
@@ -135,14 +152,24 @@ def train(x: FloatArray, y: FloatArray, seed: int = 0) -> dict[str, FloatArray]:
     }  # fmt: skip
 
 
-def main() -> int:
-    """Make the maps, train, write the network."""
+def artificial_tables() -> list[Table]:
+    """The tables of all artificial maps."""
     jobs = [(tier, index) for tier, number in SUITES for index in range(number)]
     with ProcessPoolExecutor(2) as pool:
-        artificial = list(pool.map(synthetic, jobs, chunksize=4))
-    tables = artificial + list(real()) * A2_COPIES
-    x, y = np.concatenate([t[0] for t in tables]), np.concatenate([t[1] for t in tables])
-    sys.stdout.write(f"{len(artificial)} artificial maps, {len(x)} hypotheses, {int(y.sum())} of them true\n")
+        made = list(pool.map(synthetic, jobs, chunksize=2))
+    for tier, number in SUITES:
+        mine = [t for t, job in zip(made, jobs, strict=True) if job[0] == tier]
+        true, total = sum(t[1].sum() for t in mine), sum(len(t[1]) for t in mine)
+        sys.stdout.write(f"{tier}: {number} maps, {total} hypotheses, {int(true)} of them true\n")
+    return made
+
+
+def main() -> int:
+    """Make the maps, train, write the network."""
+    both = artificial_tables() + list(real()) * A2_COPIES
+    x, y = np.concatenate([t[0] for t in both]), np.concatenate([t[1] for t in both])
+    if len(sys.argv) > 1:  # the numbers behind the network, to study them
+        np.savez_compressed(sys.argv[1], x=x.astype(np.float32), y=y)
     stored = {name: value.astype(np.float32) for name, value in train(x, y).items()}
     np.savez(TARGET, **stored)  # type: ignore[arg-type]
     return 0

@@ -251,8 +251,8 @@ def test_files_that_are_no_text_are_told(tmp_path: Path) -> None:
     with large.open("wb") as file:
         file.truncate(5 << 20)
     for path, told in (
-        (tmp_path, "is a directory, expected an arena file"),
-        (tmp_path / "none", "no such file, expected an arena file"),
+        (tmp_path, "is a directory, expected an arena file, so name the file inside it"),
+        (tmp_path / "none", "no such file, expected an arena file, so check the path"),
         (picture, "line 1: not UTF-8 text, expected an arena file"),
         (large, "is larger than 4 MiB, too large for an arena file"),
     ):

@@ -138,7 +138,7 @@ def test_a_directory_is_no_profile(tmp_path: Path) -> None:
     """One sentence, no traceback."""
     with pytest.raises(SettingsError) as told:
         read_profile(tmp_path)
-    assert str(told.value) == f"{tmp_path}: is a directory, expected a profile file"
+    assert str(told.value) == f"{tmp_path}: is a directory, expected a profile file, so name the file inside it"
 
 
 @pytest.mark.parametrize("name", names())

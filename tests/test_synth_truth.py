@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fidmap.model import Pose2
-from fidmap.synth.arena import ArenaSpec
+from fidmap.model import FiducialPart, Pose2
+from fidmap.synth.arena import ArenaSpec, SynthArena
 from fidmap.synth.laser import scan
 from fidmap.synth.mappers import MAPPERS, draw_map
 from fidmap.synth.poses import PoseNoise, estimated_poses
@@ -73,3 +73,48 @@ def test_half_an_arc_is_partly_drawn():
 
     assert math.pi / 3 < truth.seen < math.pi / 2 + 0.3  # up to the beam that touches its far side
     assert truth.drawn in {"partly", "no"}
+
+
+def whole_in_the_open(radius_m: float) -> SynthArena:
+    """A whole barrel in the middle of the room."""
+    empty = room(6.0)
+    arcs = np.array([[3.0, 3.0, radius_m, 0.0, 2 * math.pi]])
+    arena = replace(empty.arena, radius_m=radius_m, parts=(FiducialPart("1", 3.0, 3.0),))
+    return replace(empty, arena=arena, arcs=arcs)
+
+
+@pytest.mark.parametrize(("way", "drawn"), [(1.5 * math.pi, "yes"), (0.9, "yes"), (0.05, "partly")])
+def test_half_of_a_whole_barrel_is_enough(way, drawn):
+    """180 degrees are 'yes', 120 'partly': from one place at 2 m one sees 163 degrees, along an arc more."""
+    angle = np.linspace(-way / 2, way / 2, 30)
+    poses = np.column_stack([3 + 2 * np.cos(angle), 3 + 2 * np.sin(angle), angle + math.pi])
+    arena = whole_in_the_open(0.3)
+    scans = scan(arena, poses, EXACT, np.random.default_rng(0))
+
+    (truth,) = part_truths(arena, scans, poses, draw_map(scans, poses, MAPPERS["hits"], 0.025))
+
+    assert truth.drawn == drawn
+
+
+@pytest.mark.parametrize(("radius_m", "resolution_m"), [(0.12, 0.04), (0.15, 0.05), (0.30, 0.10), (0.45, 0.10)])
+def test_three_cells_per_radius_are_enough(radius_m, resolution_m):
+    """On exact maps all parts that are seen well are drawn, at coarse cells and small radii too."""
+    maze = ArenaSpec(5, 4, pairs=4, wholes=1, radius_m=radius_m, pallet_m=1.6, openness=0.3)
+    case = make_case(np.random.default_rng(2), CaseSpec(maze, resolution_m=resolution_m))
+    seen = [truth for truth in case.truths if truth.seen > 0.85 * truth.opening]
+
+    assert len(seen) >= 6
+    assert sum(truth.drawn == "yes" for truth in seen) >= 0.9 * len(seen)
+
+
+def test_gaps_of_one_cell_are_no_gaps():
+    """Beams of 3 degrees hit a small barrel every 8 degrees; its cells cover 19 degrees each."""
+    arena = whole_in_the_open(0.15)
+    angle = np.linspace(0, 2 * math.pi, 24, endpoint=False)
+    poses = np.column_stack([3 + 1.2 * np.cos(angle), 3 + 1.2 * np.sin(angle), angle + math.pi])
+    scans = scan(arena, poses, replace(EXACT, step=math.radians(3)), np.random.default_rng(0))
+
+    (truth,) = part_truths(arena, scans, poses, draw_map(scans, poses, MAPPERS["hits"], 0.05))
+
+    assert truth.seen == pytest.approx(2 * math.pi)
+    assert truth.drawn == "yes"

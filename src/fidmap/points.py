@@ -129,7 +129,7 @@ def check_ids(parts: Sequence[BarrelPart], arena: Arena, path: FilePath) -> None
     for part in parts:
         if part.fixed_id is not None and part.fixed_id not in known:
             shown = len(faults) < FAULTS_SHOWN  # looking for the nearest id is slow, and not all are shown
-            close = difflib.get_close_matches(part.fixed_id, sorted(known), n=1) if shown else ()
+            close = difflib.get_close_matches(part.fixed_id, sorted(known), n=1, cutoff=0.5) if shown else ()
             hint = f" (did you mean {close[0]}?)" if close else ""
             faults.append(f"n {part.n}: id {quoted(part.fixed_id)} is no part of arena '{arena.name}'{hint}")
     if faults:

@@ -25,9 +25,9 @@ def read_bounded(path: FilePath, what: str, error: type[FidmapError]) -> bytes:
         with open(path, "rb") as file:  # noqa: PTH123 - Path(path) would hide the name as the user gave it
             data = file.read(BYTES_MAX + 1)
     except IsADirectoryError:
-        raise error(one_sentence(path, [f"is a directory, expected {what}"])) from None
+        raise error(one_sentence(path, [f"is a directory, expected {what}, so name the file inside it"])) from None
     except FileNotFoundError:
-        raise error(one_sentence(path, [f"no such file, expected {what}"])) from None
+        raise error(one_sentence(path, [f"no such file, expected {what}, so check the path"])) from None
     except (OSError, ValueError) as fault:
         reason = getattr(fault, "strerror", None) or str(fault)
         raise error(one_sentence(path, [f"cannot be read ({reason}), expected {what}"])) from None

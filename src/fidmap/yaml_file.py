@@ -90,7 +90,24 @@ def load_yaml(path: FilePath, what: str, error: type[FidmapError]) -> tuple[dict
     if not isinstance(document, dict):
         found = "is empty" if document is None else f"holds {quoted(document)}"
         raise error(one_sentence(path, [f"{found}, expected {what}: a mapping of keys to values"]))
+    if confusion := _other_kind(document, what):
+        raise error(one_sentence(path, [confusion]))
     return document, hashlib.sha256(data).hexdigest()
+
+
+KINDS = {  # what a file is called: the key that marks it, and where it belongs
+    "an arena file": ("fidmap_arena", "give it with --arena"),
+    "a profile file": ("fidmap_profile", "give it with --profile"),
+    "a map_server YAML": ("image", "name it as a MAP"),
+}
+
+
+def _other_kind(document: dict[str, Any], what: str) -> str | None:
+    """The classic slip, a file in another one's place: told as such, not by every key that is wrong."""
+    if what not in KINDS or KINDS[what][0] in document:
+        return None
+    slips = (f"is {kind}, not {what}, so {remedy}" for kind, (key, remedy) in KINDS.items() if key in document)
+    return next(slips, None)
 
 
 def _parse(text: str) -> Any:

@@ -5,13 +5,14 @@ Heavy imports happen inside the commands, so that `fidmap --help` answers at onc
 
 from __future__ import annotations
 
+import os
 import sys
 from typing import Annotated
 
 import typer
 
 from fidmap.cli import demo, detect, profile, rank, score
-from fidmap.cli.exits import guarded
+from fidmap.cli.exits import UNUSABLE, complain, guarded
 from fidmap.version import __version__
 
 app = typer.Typer(
@@ -48,9 +49,17 @@ app.command("demo")(guarded(demo.demo))
 
 def main() -> None:
     """The console script."""
-    # a pipe that is closed early (fidmap ... | head) is no fault of the user's
+    # one thread a process: maps are what runs side by side, our matrices are small, and sums keep their order
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"):
+        os.environ.setdefault(name, "1")
     try:
         app()
     except BrokenPipeError:
+        # a pipe that is closed early (fidmap ... | head) is no fault of the user's
         sys.stderr.close()
-        sys.exit(1)
+        sys.exit(UNUSABLE)
+    except OSError as error:
+        if error.filename is not None:
+            raise
+        complain(f"the result could not be written to stdout ({error.strerror})")
+        sys.exit(UNUSABLE)

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fidmap.cli import options
-from fidmap.cli.exits import UNUSABLE, complain, usage
+from fidmap.cli.exits import DONE, UNUSABLE, complain, usage
+from fidmap.cli.inputs import distinct, progress_bar
+
+if TYPE_CHECKING:
+    from fidmap.study.jobs import DetectJob
 
 
 def detect(
     maps: options.MapPaths = None,
-    radius: Annotated[float, typer.Option("--radius", metavar="M", help="Radius of the barrels in metres.")] = ...,  # type: ignore[assignment]
+    *,
+    radius: Annotated[float, typer.Option("--radius", metavar="M", help="Radius of the barrels in metres.")],
     json: options.Json = False,
     min_confidence: Annotated[float, typer.Option("--min-confidence", min=0, max=1, help="Least confidence.")] = 0.5,
     min_drawn_deg: Annotated[
@@ -33,29 +38,47 @@ def detect(
         raise usage("no map: give at least one MAP")
     if not (math.isfinite(radius) and radius > 0):
         raise usage(f"--radius {radius}: expected a positive number of metres")
+    pose = options.parse_origin(origin)
 
-    from rich.console import Console
-
-    from fidmap.report.detections import print_detections, write_detections
-    from fidmap.report.json_line import json_line
+    from fidmap.report.files import check_output
     from fidmap.report.names import report_names
     from fidmap.study.jobs import DetectJob, Overrides
+
+    if out is not None:
+        check_output(out)
+    overrides = Overrides(resolution, pose, free_thresh, occupied_thresh)
+    kept = distinct(maps, resolution is not None)
+    codes = set()
+    with progress_bar(len(kept), stdout_is_used=True) as progress:
+        for path, name in progress.track(list(zip(kept, report_names(kept), strict=True)), description="detecting"):
+            job = DetectJob(path, radius, overrides, min_confidence, math.radians(min_drawn_deg))
+            codes.add(_one(job, name, out, json))
+    raise typer.Exit(max(codes))
+
+
+def _one(job: DetectJob, name: str, out: Path | None, json: bool) -> int:
+    """Find, write and print the parts of one map; its exit code."""
+    from rich.console import Console
+
+    from fidmap.model import OutputError
+    from fidmap.report.detections import print_detections, write_detections
+    from fidmap.report.json_line import json_line
     from fidmap.study.jobs import detect as find
 
-    overrides = Overrides(resolution, options.parse_origin(origin), free_thresh, occupied_thresh)
-    code = 0
-    for path, name in zip(maps, report_names(maps), strict=True):
-        document, grid, parts = find(DetectJob(path, radius, overrides, min_confidence, math.radians(min_drawn_deg)))
-        if grid is None:
-            complain(document["error"]["text"])
-            code = UNUSABLE
-        else:
-            for finding in grid.source.findings:
-                complain(f"{finding.level}: {path}: {finding.text}")
-            if out is not None:
-                write_detections(out, name, grid, parts, radius)
-        if json:
-            typer.echo(json_line(document))
-        elif grid is not None:
-            print_detections(Console(), path, parts)
-    raise typer.Exit(code)
+    document, grid, parts = find(job)
+    if json:
+        typer.echo(json_line(document))
+    if grid is None:
+        complain(document["error"]["text"])
+        return UNUSABLE
+    for finding in grid.source.findings:
+        complain(f"{finding.level}: {job.map}: {finding.text}")
+    if not json:
+        print_detections(Console(), job.map, parts)
+    try:
+        if out is not None:
+            write_detections(out, name, grid, parts, job.radius_m)
+    except OutputError as error:
+        complain(str(error))
+        return UNUSABLE
+    return DONE

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import functools
+import sys
 from collections.abc import Callable
 from typing import ParamSpec
 
 import typer
 
-from fidmap.model import FidmapError
+from fidmap.report.wording import clean
 
 DONE, UNUSABLE, USAGE, GATE_FAILED = 0, 1, 2, 3
 Parameters = ParamSpec("Parameters")
@@ -21,7 +22,13 @@ def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
     def run(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
         try:
             command(*args, **kwargs)
-        except FidmapError as error:
+        except typer.Exit:
+            raise
+        except Exception as error:
+            from fidmap.model import FidmapError  # brings numpy along, so not before a command runs
+
+            if not isinstance(error, FidmapError):
+                raise
             complain(str(error))
             raise typer.Exit(UNUSABLE) from None
 
@@ -29,8 +36,9 @@ def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
 
 
 def complain(text: str) -> None:
-    """One line for a person."""
-    typer.echo(f"fidmap: {text}", err=True)
+    """One line for a person, whatever file names it quotes; above the progress bar where there is one."""
+    sys.stderr.write(f"fidmap: {clean(text)}\n")
+    sys.stderr.flush()
 
 
 def usage(text: str) -> typer.Exit:

@@ -4,23 +4,33 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fidmap.cli.exits import usage
-from fidmap.model import ATTRIBUTES, Arena
+
+if TYPE_CHECKING:
+    from fidmap.model import Arena
 
 
 def split_gates(words: Sequence[str], maps: Sequence[str]) -> tuple[list[str], list[str]]:
     """Gates and maps: `--fail-under coverage=0.9 consistency=0.8` leaves its second word among the maps."""
     if not words:
         return [], list(maps)
-    gates = [word for word in maps if word.partition("=")[0] in {*ATTRIBUTES, "overall"} and "=" in word]
+    names = _names()
+    gates = [word for word in maps if "=" in word and word.partition("=")[0] in names]
     return [*words, *gates], [word for word in maps if word not in gates]
+
+
+def _names() -> set[str]:
+    """What every report has; an arena may name more classes."""
+    from fidmap.model import ATTRIBUTES, LONG, SHORT
+
+    return {*ATTRIBUTES, SHORT, LONG, "overall"}
 
 
 def parse_gates(words: Iterable[str], arena: Arena) -> dict[str, float]:
     """`0.8` (overall) or `NAME=0.9`, NAME an attribute or a class of the arena's groups, to limits."""
-    known = {*ATTRIBUTES, "overall", "short", "long", *(g.named_class for g in arena.groups if g.named_class)}
+    known = {*_names(), *(g.named_class for g in arena.groups if g.named_class)}
     limits: dict[str, float] = {}
     for word in words:
         name, equals, number = word.rpartition("=")

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fidmap.cli.exits import usage
-from fidmap.model import Pose2, StartPose
+
+if TYPE_CHECKING:
+    from fidmap.model import Pose2, StartPose
 
 MapPaths = Annotated[list[str] | None, typer.Argument(metavar="[MAP]...", help="Map files, in any readable format.")]
 Resolution = Annotated[
@@ -30,6 +32,8 @@ def parse_origin(text: str | None) -> Pose2 | None:
     """`X_M,Y_M,YAW_DEG`, or None."""
     if text is None:
         return None
+    from fidmap.model import Pose2
+
     x, y, yaw = _numbers(text, "--origin", (3,))
     return Pose2(x, y, math.radians(yaw))
 
@@ -38,6 +42,8 @@ def parse_start_pose(text: str | None) -> StartPose | None:
     """`X_M,Y_M,YAW_DEG[,SIGMA_M,SIGMA_DEG]`, or None."""
     if text is None:
         return None
+    from fidmap.model import Pose2, StartPose
+
     x, y, yaw, *sigmas = _numbers(text, "--start-pose", (3, 5))
     pose = Pose2(x, y, math.radians(yaw))
     if not sigmas:

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fidmap.cli.exits import complain
+from fidmap.cli.exits import complain, usage
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from fidmap.human import HumanRanking
+    from fidmap.ranking import Rank
     from fidmap.report.json_line import Document
 
 
@@ -30,6 +31,9 @@ def rank(
     ] = 0.5,
 ) -> None:
     """Rank scored maps, with ties, and compare the ranks with a human judge's."""
+    if not tie_within >= 0:
+        raise usage(f"--tie-within {tie_within}: expected a number of percent points, 0 or more")
+
     from rich.console import Console
 
     from fidmap.human import read_human
@@ -54,7 +58,9 @@ def rank(
     _print_agreement(console, ours, theirs)
 
 
-def _print_agreement(console: Console, ours: dict[str, tuple], theirs: dict[str, list]) -> None:  # type: ignore[type-arg]
+def _print_agreement(
+    console: Console, ours: Mapping[str, Sequence[Rank | None]], theirs: Mapping[str, Sequence[Rank | None]]
+) -> None:
     """Rank correlations per attribute that both have."""
     from fidmap.ranking import agreement
     from fidmap.report.comparison import print_agreement
@@ -64,7 +70,10 @@ def _print_agreement(console: Console, ours: dict[str, tuple], theirs: dict[str,
 
 def _tell_unmatched(ours: Sequence[str], theirs: Sequence[str]) -> None:
     """Names that only one side has."""
-    for side, names in (("not judged", set(ours) - set(theirs)), ("judged, but without a report", set(theirs) - set(ours))):
+    for side, names in (
+        ("not judged", set(ours) - set(theirs)),
+        ("judged, but without a report", set(theirs) - set(ours)),
+    ):
         if names:
             complain(f"note: {side}: {', '.join(sorted(names))}")
 
@@ -90,7 +99,7 @@ def _documents(paths: Sequence[Path]) -> dict[str, Document]:
         is_collection = path.is_dir() and not (path / "report.json").is_file()
         files = sorted(path.glob("*/report.json")) if is_collection else [path]
         if not files:
-            raise ReportFileError(f"{path}: holds no reports; expected folders that fidmap score --out wrote")
+            raise ReportFileError(f"{path}: holds no reports; give a folder that fidmap score --out wrote")
         for file in files:
             folder = file if file.is_dir() else file.parent
             name = folder.resolve().name
@@ -103,13 +112,14 @@ def _documents(paths: Sequence[Path]) -> dict[str, Document]:
 def _of_reports(documents: dict[str, Document]) -> HumanRanking:
     """Scores of reports as percentages; columns that no report can compute are left out."""
     from fidmap.human import Column, HumanRanking
+    from fidmap.report.rows import Row, comparison_warning
 
     columns = {}
-    for name in ("overall", "coverage", "relative_accuracy", "consistency", "global_accuracy"):
+    for name in ("coverage", "relative_accuracy", "consistency", "global_accuracy", "overall"):
         values = [document["attributes"][name]["value"] for document in documents.values()]
         if any(value is not None for value in values):
             columns[name] = Column("percents", tuple(None if value is None else 100 * value for value in values))
-    lists = {tuple(document["attributes"]["overall"]["missing"]) for document in documents.values()}
-    if len(lists) > 1:
-        complain("warning: the overall scores are not of the same attributes: some maps miss others than the rest")
+    warning = comparison_warning([Row(document) for document in documents.values()])
+    if warning:
+        complain(f"warning: {warning}")
     return HumanRanking(tuple(documents), columns)

@@ -12,6 +12,7 @@ import typer
 from fidmap.cli import options
 from fidmap.cli.exits import DONE, GATE_FAILED, UNUSABLE, complain, usage
 from fidmap.cli.gates import failures, parse_gates, split_gates
+from fidmap.cli.inputs import distinct, progress_bar
 
 if TYPE_CHECKING:
     from fidmap.model import Arena, Settings
@@ -21,10 +22,13 @@ if TYPE_CHECKING:
 
 def score(
     maps: options.MapPaths = None,
-    arena: Annotated[str, typer.Option("--arena", help="The arena file: surveyed parts and groups.")] = ...,  # type: ignore[assignment]
-    profile: Annotated[str, typer.Option("--profile", help="A profile's name, or a profile file.")] = "continuous",
+    *,
+    arena: Annotated[str, typer.Option("--arena", metavar="FILE", help="The arena file: surveyed parts and groups.")],
+    profile: Annotated[
+        str, typer.Option("--profile", metavar="NAME|FILE", help="A profile's name, or a profile file.")
+    ] = "continuous",
     points: Annotated[
-        str | None, typer.Option("--points", help="Barrel parts located or corrected by hand (CSV).")
+        str | None, typer.Option("--points", metavar="FILE", help="Barrel parts located or corrected by hand (CSV).")
     ] = None,
     out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Write reports here.")] = None,
     json: options.Json = False,
@@ -52,51 +56,42 @@ def score(
         raise usage("--points goes with at most one MAP")
     start, pose = options.parse_start_pose(start_pose), options.parse_origin(origin)
 
+    from fidmap.report.files import check_output
     from fidmap.study.jobs import Overrides, ScoreJob
 
-    truth, settings = _read_arena(arena, profile)
+    truth, settings = _read_arena(arena, profile, points)
     limits = parse_gates(gates, truth)
+    if out is not None:
+        check_output(out)
     overrides = Overrides(resolution, pose, free_thresh, occupied_thresh)
-    kept: Sequence[str | None] = _distinct(paths, overrides) if paths else [None]
+    kept: Sequence[str | None] = distinct(paths, resolution is not None) or [None]
     jobs = [ScoreJob(path, truth, settings, overrides, points, start, draw=out is not None) for path in kept]
     rows = _run(jobs, out, json, workers)
     if not json:
         _print_table(rows)
     if out is not None:
         _write_index(out, rows)
-    raise typer.Exit(_exit_code(rows, limits))
+    raise typer.Exit(_exit_code(rows, limits, out))
 
 
-def _read_arena(arena: str, profile: str) -> tuple[Arena, Settings]:
+def _read_arena(arena: str, profile: str, points: str | None) -> tuple[Arena, Settings]:
     """The profile first: its limit decides which groups are long."""
     from fidmap.arena import read_arena
+    from fidmap.model import ArenaFileError
     from fidmap.profiles import read_profile
 
     settings = read_profile(profile)
-    return read_arena(arena, settings.long_if_walking_pallets_over), settings
-
-
-def _distinct(paths: Sequence[str], overrides: object) -> list[str]:
-    """Every map once: an image whose own YAML is named too is left out, with a note."""
-    from fidmap.maps import main_file
-
-    plain = getattr(overrides, "resolution_m", None) is not None
-    seen: dict[Path, str] = {}
-    for path in sorted(paths, key=lambda p: not p.lower().endswith((".yaml", ".yml"))):
-        main = Path(path).resolve() if plain else main_file(path)
-        if main in seen:
-            complain(f"note: {path} is the same map as {seen[main]}; it is scored once")
-        else:
-            seen[main] = path
-    kept = set(seen.values())
-    return [path for k, path in enumerate(paths) if path in kept and path not in paths[:k]]
+    truth = read_arena(arena, settings.long_if_walking_pallets_over)
+    if points is None and not truth.has_positions:
+        raise ArenaFileError(
+            f"{arena}: its parts have no positions, so the program cannot tell which is which; give x_m and y_m "
+            "for every part, or locate and name the parts in a points file (--points)"
+        )
+    return truth, settings
 
 
 def _run(jobs: Sequence[ScoreJob], out: Path | None, json: bool, workers: int) -> list[Row]:
     """Score, write and print one map after the other, in the order given."""
-    from rich.console import Console
-    from rich.progress import Progress
-
     from fidmap.report.names import report_names
     from fidmap.study import jobs as work
     from fidmap.study.pool import run
@@ -104,7 +99,7 @@ def _run(jobs: Sequence[ScoreJob], out: Path | None, json: bool, workers: int) -
     names = report_names([job.name for job in jobs])
     processes = min(workers or os.cpu_count() or 1, len(jobs))
     rows = []
-    with Progress(console=Console(stderr=True), transient=True, disable=len(jobs) < 2) as progress:
+    with progress_bar(len(jobs), stdout_is_used=json) as progress:
         task = progress.add_task("scoring", total=len(jobs))
         for job, name, outcome in zip(jobs, names, run(jobs, work.score, work.died, processes), strict=True):
             rows.append(_finish(job, name, outcome, out, json))
@@ -114,17 +109,10 @@ def _run(jobs: Sequence[ScoreJob], out: Path | None, json: bool, workers: int) -
 
 def _finish(job: ScoreJob, name: str, outcome: Outcome, out: Path | None, json: bool) -> Row:
     """Write the folder of one outcome and print its line; tell faults."""
-    from fidmap.report.files import write_report
     from fidmap.report.json_line import json_line
     from fidmap.report.rows import Row
 
-    folder = None
-    if out is not None and outcome.content is not None:
-        points = None if job.points is None else Path(job.points)
-        written = write_report(out, name, outcome.content, points)
-        folder = written.folder.name
-        for note in written.notes:
-            complain(f"{note.level}: {note.text}")
+    folder = None if out is None else _write(job, name, outcome, out)
     if json:
         typer.echo(json_line(outcome.document))
     if "error" in outcome.document:
@@ -132,47 +120,53 @@ def _finish(job: ScoreJob, name: str, outcome: Outcome, out: Path | None, json: 
     return Row(outcome.document, folder=folder)
 
 
+def _write(job: ScoreJob, name: str, outcome: Outcome, out: Path) -> str | None:
+    """The name of the folder that holds the report; None where there is none, which is told."""
+    from fidmap.model import OutputError
+    from fidmap.report.files import write_report
+
+    if outcome.content is None:
+        return None
+    try:
+        written = write_report(out, name, outcome.content, None if job.points is None else Path(job.points))
+    except OutputError as error:
+        complain(str(error))
+        return None
+    for note in written.notes:
+        complain(f"{note.level}: {note.text}")
+    return written.folder.name
+
+
 def _print_table(rows: Sequence[Row]) -> None:
     """The table on stdout; maps that could not be used were told on stderr already."""
     from rich.console import Console
 
+    from fidmap.report.rows import ranked, scored
     from fidmap.report.terminal import print_scores
 
-    usable = [row for row in ranked(rows) if row.error is None]
-    if usable:
-        print_scores(Console(), usable)
-
-
-def ranked(rows: Sequence[Row], tie_within: float = 0.5) -> list[Row]:
-    """Rows with their ranks by overall score, best first; those without a score last, in the order given."""
-    from dataclasses import replace
-
-    from fidmap.ranking import ranks
-
-    overall = [None if row.error is not None else row.score("overall") for row in rows]
-    places = ranks([None if value is None else 100 * value for value in overall], tie_within)
-    if len(rows) == 1:
-        return list(rows)
-    named = [replace(row, rank=None if place is None else str(place)) for row, place in zip(rows, places, strict=True)]
-    order = sorted(range(len(rows)), key=lambda k: -1.0 if (value := overall[k]) is None else value, reverse=True)
-    return [named[k] for k in order]
+    if scored(rows):
+        print_scores(Console(), scored(ranked(rows)))
 
 
 def _write_index(out: Path, rows: Sequence[Row]) -> None:
-    """index.html, and where it is."""
+    """index.html of these maps and of earlier ones scored alike, and where it is; nothing without any report."""
     from fidmap.report.files import write_index
     from fidmap.report.page import index_page
+    from fidmap.report.read import earlier_rows
+    from fidmap.report.rows import ranked
 
-    complain(f"reports are in {write_index(out, index_page(ranked(rows)))}")
+    if any(row.folder for row in rows):
+        index = write_index(out, index_page(ranked([*rows, *earlier_rows(out, rows)])))
+        complain(f"reports are in {index}")
 
 
-def _exit_code(rows: Sequence[Row], limits: dict[str, float]) -> int:
-    """1 when a map could not be used, else 3 when a gate failed, else 0."""
-    code = DONE
-    for row in rows:
-        if row.error is not None:
-            return UNUSABLE
-        for sentence in failures(row.document, limits):
-            complain(f"gate failed: {sentence}")
-            code = GATE_FAILED
-    return code
+def _exit_code(rows: Sequence[Row], limits: dict[str, float], out: Path | None) -> int:
+    """1 when a map could not be used or its report not be written, else 3 when a gate failed, else 0."""
+    from fidmap.report.rows import scored
+
+    sentences = [sentence for row in scored(rows) for sentence in failures(row.document, limits)]
+    for sentence in sentences:
+        complain(f"gate failed: {sentence}")
+    if len(scored(rows)) < len(rows) or (out is not None and not all(row.folder for row in rows)):
+        return UNUSABLE
+    return GATE_FAILED if sentences else DONE

@@ -13,6 +13,7 @@ from fidmap.model import FloatArray
 
 HALF = np.pi / 2
 LEAST_SCORE = 0.25
+LEAST_REFINED = 0.2
 FACINGS_TRIED = 4
 ROUNDS = 4
 
@@ -99,8 +100,20 @@ def refine(sampler: RingSampler, centres: FloatArray, facings: FloatArray) -> Ar
         far = np.maximum(np.hypot(drift[:, 0], drift[:, 1]) / (0.4 * sampler.radius), 1.0)
         centres = start + drift / far[:, None]
         ring = sampler.look(centres)
-        facings = _turn(sampler.theta, facing_scores(sampler, ring, tolerance), facings)
+        facings, scores = _turn(sampler.theta, facing_scores(sampler, ring, tolerance), facings)
+        kept = _distinct(centres / (0.12 * sampler.radius), facings / np.radians(12), scores)
+        start, centres, facings, ring = start[kept], centres[kept], facings[kept], ring.take(kept)
     return Arcs(centres, facings, ring)
+
+
+def _distinct(centres: FloatArray, facings: FloatArray, scores: FloatArray) -> npt.NDArray[np.intp]:
+    """Of hypotheses that came to the same place (within about a unit) the best one each, in their order."""
+    worth = scores > LEAST_REFINED
+    keys = np.column_stack([np.rint(centres), np.rint(facings)]).astype(np.int64)
+    order = np.lexsort((-scores, keys[:, 2], keys[:, 1], keys[:, 0]))
+    fresh = np.ones(len(order), bool)
+    fresh[1:] = (np.diff(keys[order], axis=0) != 0).any(axis=1)
+    return np.sort(order[fresh & worth[order]])
 
 
 def _shift(directions: FloatArray, weight: FloatArray, residual: FloatArray, ridge: float = 0.5) -> FloatArray:
@@ -111,9 +124,12 @@ def _shift(directions: FloatArray, weight: FloatArray, residual: FloatArray, rid
     return np.asarray(np.linalg.solve(normal, right[..., None])[..., 0])
 
 
-def _turn(theta: FloatArray, scores: FloatArray, facings: FloatArray, reach: float = np.radians(25)) -> FloatArray:
-    """The facing near the present one whose half circle stands best: the middle of the plateau."""
+def _turn(
+    theta: FloatArray, scores: FloatArray, facings: FloatArray, reach: float = np.radians(25)
+) -> tuple[FloatArray, FloatArray]:
+    """The facing near the present one whose half circle stands best (the middle of the plateau), and its score."""
     turns = difference(theta[None, :], facings[:, None])
     scores = np.where(np.abs(turns) <= reach, scores, -np.inf)
-    best = scores >= scores.max(axis=1, keepdims=True) - 0.015
-    return np.asarray(facings + (best * turns).sum(axis=1) / best.sum(axis=1))
+    highest = scores.max(axis=1)
+    best = scores >= highest[:, None] - 0.015
+    return np.asarray(facings + (best * turns).sum(axis=1) / best.sum(axis=1)), highest

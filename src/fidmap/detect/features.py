@@ -34,7 +34,9 @@ def features(sampler: RingSampler, arcs: Arcs) -> FloatArray:
     return np.concatenate([means.reshape(len(arcs.facings), -1), _shape(sampler, ring.edge, tight, half, away)], axis=1)
 
 
-def _shape(sampler: RingSampler, edge: FloatArray, tight: FloatArray, half: npt.NDArray[np.bool_], away: FloatArray) -> FloatArray:
+def _shape(
+    sampler: RingSampler, edge: FloatArray, tight: FloatArray, half: npt.NDArray[np.bool_], away: FloatArray
+) -> FloatArray:
     """(H, 8): unevenness left to right, weakest sixths, harmonics and spread of the edge, size."""
     left = (tight * half * (away > 0)).sum(axis=1) / np.maximum((half & (away > 0)).sum(axis=1), 1)
     right = (tight * half * (away <= 0)).sum(axis=1) / np.maximum((half & (away <= 0)).sum(axis=1), 1)

@@ -17,6 +17,7 @@ from fidmap.model import FloatArray, Label
 STEP = 0.5
 NEAR = 4.0
 EDGE = 0.5
+BLOCK = 256
 Labels = npt.NDArray[np.uint8]
 Mask = npt.NDArray[np.bool_]
 
@@ -57,32 +58,54 @@ class RingSampler:
         self.labels = cv2.copyMakeBorder(
             labels, self.pad, self.pad, self.pad, self.pad, cv2.BORDER_CONSTANT, value=[int(Label.UNKNOWN)]
         )
+        distances = self.near[:-4] + STEP / 2 - EDGE
+        self.nearest_first = np.argsort(np.abs(distances), kind="stable")
+        self.edges = distances[self.nearest_first]
+        radii = radius + np.concatenate([self.near, self.deep, self.far])
+        self.reach = [(axis[:, None] * radii + self.pad).astype(np.float32) for axis in self.directions.T]
+        count = len(self.near)
+        self.parts = slice(count), slice(count, count + len(self.deep)), slice(count + len(self.deep), None)
 
     def look(self, centres: FloatArray) -> Ring:
-        """Sample the rings of (M, 2) centres: about 25 look-ups per angle."""
-        count = len(self.near)
-        radii = self.radius + np.concatenate([self.near, self.deep, self.far])
-        offsets = self.directions[:, None, :] * radii[None, :, None] + self.pad
-        index = (centres[:, None, None, :] + offsets).astype(np.int32)
-        height, width = self.labels.shape
-        np.clip(index[..., 0], 0, height - 1, out=index[..., 0])
-        np.clip(index[..., 1], 0, width - 1, out=index[..., 1])
-        samples = self.labels[index[..., 0], index[..., 1]]
+        """Sample the rings of (M, 2) centres: about 25 look-ups per angle, in blocks that stay in the cache."""
+        blocks = [self._look(centres[k : k + BLOCK]) for k in range(0, max(1, len(centres)), BLOCK)]
+        return Ring(*(np.concatenate(parts) for parts in zip(*blocks, strict=True)))
+
+    def _look(self, centres: FloatArray) -> tuple[FloatArray, ...]:
+        """The fields of `Ring` for a block of centres."""
+        # truncation is floor here: the padding keeps all coordinates positive, and the sums fit into float32
+        rows = (centres[:, 0].astype(np.float32)[:, None, None] + self.reach[0]).astype(np.int32)
+        columns = (centres[:, 1].astype(np.float32)[:, None, None] + self.reach[1]).astype(np.int32)
+        rows *= self.labels.shape[1]
+        rows += columns
+        samples = self.labels.reshape(-1).take(rows, mode="clip")
         occupied, free = samples == Label.OCCUPIED, samples == Label.FREE
-        deep, far = slice(count, count + len(self.deep)), slice(count + len(self.deep), None)
-        return Ring(
-            edge=self._edge(occupied[..., :count], free[..., :count]),
-            wall=occupied[..., far].mean(axis=2),
-            inner=occupied[..., deep].mean(axis=2),
-            hollow=free[..., deep].mean(axis=2),
-            outer=free[..., far].mean(axis=2),
+        near, deep, far = self.parts
+        return (
+            self._edge(occupied[..., near], free[..., near]),
+            share(occupied[..., far]),
+            share(occupied[..., deep]),
+            share(free[..., deep]),
+            share(free[..., far]),
         )
 
     def _edge(self, occupied: Mask, free: Mask) -> FloatArray:
         """Where an obstacle with free space outside of it (within two cells) ends nearest to the ring."""
-        ends = occupied[..., :-4] & ~occupied[..., 1:-3]
-        beyond = free[..., 1:-3] | free[..., 2:-2] | free[..., 3:-1] | free[..., 4:]
-        distance = self.near[:-4] + STEP / 2 - EDGE
-        cost = np.where(ends & beyond, np.abs(distance), np.inf)
-        best = cost.argmin(axis=2)
-        return np.where(np.isfinite(cost.min(axis=2)), distance[best], np.nan)
+        beyond = free[..., 1:-3] | free[..., 2:-2]
+        beyond |= free[..., 3:-1]
+        beyond |= free[..., 4:]
+        beyond &= occupied[..., :-4]
+        beyond &= ~occupied[..., 1:-3]
+        # distances sorted by how near they are to the ring, so that the first hit is the nearest edge
+        hits = beyond[..., self.nearest_first]
+        first = hits.argmax(axis=2)
+        there = np.take_along_axis(hits, first[..., None], axis=2)[..., 0]
+        return np.where(there, self.edges[first], np.nan)
+
+
+def share(mask: Mask) -> FloatArray:
+    """(M, A) mean of four samples; faster than numpy's mean over a short last axis."""
+    total = mask[..., 0].astype(np.float64)
+    for k in range(1, mask.shape[-1]):
+        total += mask[..., k]
+    return np.asarray(total / mask.shape[-1])

@@ -9,9 +9,11 @@ import numpy.typing as npt
 from fidmap.model import FloatArray, Label
 
 Image = npt.NDArray[np.uint8]
+Votes = npt.NDArray[np.uint16]
+MOST_VOTES = 255
 
 
-def centre_candidates(labels: Image, radius: float, min_votes: float = 0.2) -> FloatArray:
+def centre_candidates(labels: Image, radius: float, min_votes: float = 0.38) -> FloatArray:
     """Places that at least a share `min_votes` of a half ring's boundary votes for.
 
     labels: (H, W) of `Label`; radius in cells. Returns (N, 2) (row, column) continuous cell coordinates, most
@@ -60,22 +62,29 @@ def _free_outside(free: Image, cells: npt.NDArray[np.intp], inward: FloatArray) 
     return seen
 
 
-def _accumulate(shape: tuple[int, ...], centres: FloatArray) -> npt.NDArray[np.float32]:
-    """Count votes per cell; votes that fall outside of the map are dropped."""
+def _accumulate(shape: tuple[int, ...], centres: FloatArray) -> Votes:
+    """Count votes per cell, in 256ths; votes that fall outside of the map are dropped."""
     cells = np.floor(centres + 0.5).astype(np.intp)
     inside = ((cells >= 0) & (cells < shape[:2])).all(axis=1)
-    flat = cells[inside, 0] * shape[1] + cells[inside, 1]
-    return np.bincount(flat, minlength=shape[0] * shape[1]).reshape(shape).astype(np.float32)
+    places, counts = np.unique(cells[inside, 0] * shape[1] + cells[inside, 1], return_counts=True)
+    votes = np.zeros(shape[:2], np.uint16)
+    votes.reshape(-1)[places] = np.minimum(counts, MOST_VOTES) * 256
+    return votes
 
 
-def _peaks(votes: npt.NDArray[np.float32], radius: float, min_votes: float) -> FloatArray:
+def _peaks(votes: Votes, radius: float, min_votes: float) -> FloatArray:
     """Local maxima of the smoothed votes, as continuous cell coordinates."""
     sigma = max(1.0, 0.14 * radius)
     smooth = cv2.GaussianBlur(votes, (0, 0), sigma)
     reach = max(1, round(0.3 * radius))
     highest = cv2.dilate(smooth, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
     # a half ring has about pi * radius boundary cells; a blurred pile of n votes peaks at n / (2 pi sigma^2)
-    enough = min_votes * np.pi * radius / (2 * np.pi * (sigma**2 + (0.12 * radius) ** 2))
-    rows, columns = np.nonzero((smooth >= highest) & (smooth > enough))
-    order = np.argsort(-smooth[rows, columns], kind="stable")
-    return np.stack([rows, columns], axis=1)[order] + 0.5
+    enough = 256 * min_votes * np.pi * radius / (2 * np.pi * (sigma**2 + (0.12 * radius) ** 2))
+    peak = cv2.compare(smooth, highest, cv2.CMP_EQ)
+    peak &= cv2.threshold(smooth, enough, 255, cv2.THRESH_BINARY)[1].astype(np.uint8)
+    found = cv2.findNonZero(peak)
+    if found is None:
+        return np.empty((0, 2))
+    cells = found.reshape(-1, 2)[:, ::-1]
+    order = np.argsort(-smooth[cells[:, 0], cells[:, 1]].astype(np.int64), kind="stable")
+    return np.asarray(cells[order] + 0.5, np.float64)

@@ -105,11 +105,10 @@ def field_scores(problem: Problem, hypotheses: FloatArray) -> FloatArray:
     field = _DistanceField(problem)
     total = np.zeros(len(hypotheses))
     turn = hypotheses[:, 3] * np.exp(1j * hypotheses[:, 0])
-    usable = np.asarray(problem.allowed.any(axis=0))
-    usable[problem.fixed[:, 1]] = True
+    usable = np.union1d(np.flatnonzero(problem.allowed.any(axis=0)), problem.fixed[:, 1])
     facings = problem.barrel_facings.copy()
     facings[problem.fixed[:, 1]] = math.nan
-    for j in np.flatnonzero(usable):
+    for j in usable:
         x, y = problem.barrels[j]
         moved = turn * (x + 1j * y) + (hypotheses[:, 1] + 1j * hypotheses[:, 2])
         distance = field.look(moved, hypotheses[:, 0] + facings[j])
@@ -160,7 +159,9 @@ def _two_sided_scores(problem: Problem, hypotheses: FloatArray) -> FloatArray:
     turned = hypotheses[:, 0, None] + problem.barrel_facings[None]
     worth[problem.facings_clash(problem.fiducial_facings[None, :, None], turned[:, None, :])] = 0.0
     fixed = np.maximum(0.0, 1 - distance[:, problem.fixed[:, 0], problem.fixed[:, 1]] / problem.d_max).sum(axis=1)
-    return np.asarray(fixed + np.minimum(worth.max(axis=1).sum(axis=1), worth.max(axis=2).sum(axis=1)))
+    return np.asarray(
+        fixed + np.minimum(worth.max(axis=1, initial=0).sum(axis=1), worth.max(axis=2, initial=0).sum(axis=1))
+    )
 
 
 def _place(rotation: FloatArray, source: FloatArray, target: FloatArray, scale: FloatArray) -> FloatArray:

@@ -29,38 +29,56 @@ def print_ranking(
         console: where to print.
         maps: names, in the order of all the sequences.
         ours: per attribute the metric's ranks.
-        figures: per attribute the percentages behind them.
-        theirs: per attribute the judge's ranks; shown after a slash.
+        figures: per attribute the percentages behind them; shown where there is no judge.
+        theirs: per attribute the judge's ranks; shown after a slash, as in the paper's Table III.
     """
-    table = Table(box=box.SIMPLE)
-    table.add_column("map", overflow="fold")
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column("Map", overflow="fold", min_width=12)
     for name in ours:
-        table.add_column(attribute_title(name) + (" / human" if theirs and name in theirs else ""), justify="right")
-    leading = ours.get("overall") or next(iter(ours.values()))
-    order = sorted(range(len(maps)), key=lambda k: (rank := leading[k]) and rank.middle or len(maps) + 1)
-    for k in order:
-        cells = [_cell(ours[name][k], figures.get(name, ()), theirs.get(name) if theirs else None, k) for name in ours]
+        judged = "\n/ human" if theirs is not None and name in theirs else ""
+        table.add_column(attribute_title(name).replace(" ", "\n") + judged, justify="right", no_wrap=True)
+    for k in _best_first(ours, len(maps)):
+        cells = [
+            _with_percent(ours[name][k], figures.get(name, ()), k)
+            if theirs is None
+            else _with_judge(ours[name][k], theirs.get(name), k)
+            for name in ours
+        ]
         table.add_row(Text(clean(maps[k])), *cells)
     console.print(table)
 
 
-def _cell(ours: Rank | None, figures: Sequence[float | None], theirs: Ranks | None, k: int) -> str:
-    """`4-5 (60.1 %) / 2`."""
+def _best_first(ours: Mapping[str, Ranks], count: int) -> list[int]:
+    """Indices of the maps by their overall rank (or the first column's); those without one last."""
+    leading = ours.get("overall") or next(iter(ours.values()), (None,) * count)
+    return sorted(range(count), key=lambda k: count + 1 if (rank := leading[k]) is None else rank.middle)
+
+
+def _with_percent(rank: Rank | None, figures: Sequence[float | None], k: int) -> str:
+    """`4-5 (60.1 %)`."""
     figure = figures[k] if figures else None
-    percent = "" if figure is None else f" ({figure:.1f} %)"
-    human = "" if theirs is None else f" / {theirs[k] or '-'}"
-    return f"{ours or '-'}{percent}{human}"
+    return f"{rank or '-'}" if figure is None else f"{rank or '-'} ({figure:.1f} %)"
+
+
+def _with_judge(rank: Rank | None, judged: Ranks | None, k: int) -> str:
+    """`4-5 / 2`."""
+    return f"{rank or '-'}" if judged is None else f"{rank or '-'} / {judged[k] or '-'}"
 
 
 def print_agreement(console: Console, agreements: Mapping[str, Agreement]) -> None:
     """Print how far metric and judge agree, per attribute, with n and a permutation p-value."""
-    table = Table(box=box.SIMPLE, title="Metric against human judge", title_justify="left")
-    for column in ("attribute", "n", "Spearman", "p", "Kendall tau-b", "p"):
-        table.add_column(column, justify="left" if column == "attribute" else "right")
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
+    for column in ("Metric against human", "n", "Spearman", "p", "Kendall tau-b", "p"):
+        table.add_column(column, justify="right" if table.columns else "left", no_wrap=True)
     for name, found in agreements.items():
         cells = [found.spearman.value, found.spearman.p_value, found.kendall.value, found.kendall.p_value]
         table.add_row(attribute_title(name), str(found.n), *(_number(value) for value in cells))
+    console.print()
     console.print(table)
+    reasons = {attribute_title(name): found.spearman.value.reason for name, found in agreements.items()}
+    for title, reason in reasons.items():
+        if reason:
+            console.print(Text(f"{title} cannot be compared: {reason}"))
     console.print(Text("p: share of permutations that agree or disagree at least as strongly (two-sided)"))
 
 

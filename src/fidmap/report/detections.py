@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import degrees as to_degrees
 from pathlib import Path
 
 from rich import box
@@ -22,14 +23,21 @@ NO_ARENA = "no arena was given"
 
 def print_detections(console: Console, map_name: str, parts: Sequence[BarrelPart]) -> None:
     """One table per map, most confident first."""
-    table = Table(title=Text(f"{clean(map_name)}: {len(parts)} barrel parts"), box=box.SIMPLE, title_justify="left")
+    if not parts:
+        console.print(Text(f"{clean(map_name)}: no barrel part was found"))
+        return
+    table = Table(
+        title=Text(f"{clean(map_name)}: {len(parts)} barrel part{'s' * (len(parts) != 1)}"),
+        box=box.SIMPLE,
+        title_justify="left",
+    )
     for column in ("n", "x", "y", "facing", "drawn", "sigma", "confidence"):
         table.add_column(column, justify="right")
     for part in parts:
-        facing = "whole" if part.facing is None else degrees(part.facing)
+        facing = "whole" if part.facing is None else degrees(to_degrees(part.facing))
         sigma = "" if part.sigma_m is None else metres(part.sigma_m)
         place = (metres(part.x_m), metres(part.y_m))
-        table.add_row(str(part.n), *place, facing, degrees(part.drawn), sigma, f"{part.confidence:.2f}")
+        table.add_row(str(part.n), *place, facing, degrees(to_degrees(part.drawn)), sigma, f"{part.confidence:.2f}")
     console.print(table)
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import os
 import secrets
 import shutil
 from collections.abc import Iterator, Mapping
@@ -80,6 +82,22 @@ def write_report(directory: Path, name: str, content: ReportContent, input_point
         return WrittenReport(folder, notes)
 
 
+def check_output(directory: Path) -> None:
+    """See before the work whether reports can be written, without writing anything.
+
+    Raises:
+        OutputError: the place, or the nearest folder above that exists, cannot be written.
+    """
+    with _output_errors(directory):
+        place = Path(os.path.abspath(directory))  # noqa: PTH100 resolve() would follow links
+        while not place.exists():
+            place = place.parent
+        if not place.is_dir():
+            raise NotADirectoryError(errno.ENOTDIR, "Not a directory", str(place))
+        if not os.access(place, os.W_OK | os.X_OK):
+            raise PermissionError(errno.EACCES, "Permission denied", str(place))
+
+
 def write_files(directory: Path, name: str, files: Mapping[str, bytes]) -> Path:
     """Write files to `directory/name`, each whole or not at all; other files there stay.
 
@@ -115,7 +133,8 @@ def _output_errors(directory: Path) -> Iterator[None]:
         yield
     except OSError as error:
         why, place = error.strerror or str(error), error.filename
-        where = f"{place}: " if place and str(place) != str(directory) else ""
+        same = place and os.path.abspath(place) == os.path.abspath(directory)  # noqa: PTH100 as in check_output
+        where = f"{place}: " if place and not same else ""
         text = f"{directory}: no report can be written there ({where}{why}); choose another --out."
         raise OutputError(text) from error
 

@@ -62,6 +62,7 @@ def index_page(rows: Sequence[Row]) -> str:
         scored=len(scored(rows)),
         attributes=shown_attributes(rows),
         warning=comparison_warning(rows),
+        measured_by=list(dict.fromkeys((row.document["arena"], row.document["profile"]) for row in scored(rows))),
     )  # fmt: skip
 
 

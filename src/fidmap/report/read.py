@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
 from fidmap.model import ReportFileError
+from fidmap.report.files import REPORT
 from fidmap.report.json_line import ATTRIBUTE_ORDER, Document
-from fidmap.report.rows import LEVELS
+from fidmap.report.rows import LEVELS, Row, scored
 
 LARGEST_BYTES = 64 * 1024 * 1024
 
@@ -29,6 +31,33 @@ def read_report(path: Path) -> Document:
         raise ReportFileError(f"{file}: {fault}; expected a report.json that fidmap score --out wrote.")
     assert isinstance(document, dict)
     return document
+
+
+def earlier_rows(directory: Path, rows: Sequence[Row]) -> list[Row]:
+    """Reports that lie beside those of `rows` and can be compared: of the same arena, with the same settings.
+
+    A map that was scored again is not told twice; what is no report is passed over, since it is not ours to judge.
+    """
+    names, folders = {row.document["map"] for row in rows}, {row.folder for row in rows}
+    alike = [_yardstick(row.document) for row in scored(rows)]
+    found = []
+    for file in sorted(directory.glob(f"*/{REPORT}")):
+        if file.parent.name in folders:
+            continue
+        try:
+            document = read_report(file)
+        except ReportFileError:
+            continue
+        if document["map"] not in names and _yardstick(document) in alike[:1]:
+            found.append(Row(document, folder=file.parent.name))
+    return found
+
+
+def _yardstick(document: Document) -> tuple[Any, Any]:
+    """What two reports must share to be comparable; None where a report does not say."""
+    provenance = document.get("provenance")
+    provenance = provenance if isinstance(provenance, dict) else {}
+    return provenance.get("arena_sha256"), provenance.get("settings")
 
 
 def _load(file: Path) -> Any:

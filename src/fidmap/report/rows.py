@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from fidmap.ranking import TIE_WITHIN, ranks
 from fidmap.report.json_line import Document
 from fidmap.report.wording import clean
 
@@ -50,6 +51,17 @@ class Row:
 def scored(rows: Sequence[Row]) -> list[Row]:
     """The maps that have a report."""
     return [row for row in rows if row.error is None]
+
+
+def ranked(rows: Sequence[Row], tie_within: float = TIE_WITHIN) -> list[Row]:
+    """Rows with their ranks by overall score, best first; those without a score last, in the order given."""
+    if len(rows) < 2:
+        return list(rows)
+    overall = [None if row.error is not None else row.score("overall") for row in rows]
+    places = ranks([None if value is None else 100 * value for value in overall], tie_within)
+    named = [replace(row, rank=None if place is None else str(place)) for row, place in zip(rows, places, strict=True)]
+    order = sorted(range(len(rows)), key=lambda k: -1.0 if (value := overall[k]) is None else value, reverse=True)
+    return [named[k] for k in order]
 
 
 def shown_attributes(rows: Sequence[Row]) -> list[str]:

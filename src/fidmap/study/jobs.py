@@ -12,13 +12,15 @@ from fidmap.detect import find_barrel_parts
 from fidmap.evaluate import evaluate, evaluate_points
 from fidmap.grid import trinarize
 from fidmap.maps import read_map
-from fidmap.model import Arena, BarrelPart, FidmapError, Grid, Pose2, Report, Settings, Source, StartPose
+from fidmap.model import Arena, BarrelPart, FidmapError, Grid, Pose2, Report, Settings, SettingsError, Source, StartPose
 from fidmap.points import check_ids, points_csv, read_points
 from fidmap.profiles import profile_document
 from fidmap.report.files import ReportContent
-from fidmap.report.json_line import Document, detect_document, error_document, report_document
+from fidmap.report.json_line import Document, detect_document, error_document, report_document, wrapped_degrees
 from fidmap.report.overlay import draw_overlay
 from fidmap.report.page import report_page
+
+TOO_LARGE = "needs more memory than there is; score it alone, with --workers 1, or with larger cells"
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,11 @@ class Overrides:
         """Those given, for the provenance of a report."""
         given: dict[str, Any] = {k: v for k, v in vars(self).items() if v is not None}
         if self.origin is not None:
-            given["origin"] = [self.origin.x_m, self.origin.y_m, self.origin.yaw]
+            given["origin"] = {
+                "x_m": self.origin.x_m,
+                "y_m": self.origin.y_m,
+                "yaw_deg": wrapped_degrees(self.origin.yaw),
+            }
         return {"overrides": given} if given else {}
 
 
@@ -85,13 +91,19 @@ def score(job: ScoreJob) -> Outcome:
         document = report_document(report, settings, round(seconds, 4), inputs)
         return Outcome(document, _content(report, grid, document) if job.draw else None)
     except FidmapError as error:
-        return Outcome(error_document(job.name, error.code, str(error)))
+        return Outcome(error_document(job.name, error.code, _naming(job.name, error)))
+    except MemoryError:
+        return Outcome(error_document(job.name, "out-of-memory", f"{job.name}: it {TOO_LARGE}"))
+
+
+def _naming(name: str, error: FidmapError) -> str:
+    """The text of an error; settings know no files, so what they did not fit is named here."""
+    return f"{name}: {error}" if isinstance(error, SettingsError) else str(error)
 
 
 def died(job: ScoreJob) -> Outcome:
     """The error document of a map whose process was killed."""
-    text = f"{job.name}: its process died, probably for lack of memory; score it alone, or with fewer --workers"
-    return Outcome(error_document(job.name, "process-died", text))
+    return Outcome(error_document(job.name, "process-died", f"{job.name}: its process died; perhaps it {TOO_LARGE}"))
 
 
 def _evaluate(job: ScoreJob, grid: Grid | None) -> tuple[Report, Document]:
@@ -103,8 +115,7 @@ def _evaluate(job: ScoreJob, grid: Grid | None) -> tuple[Report, Document]:
     parts = read_points(job.points)
     check_ids(parts, job.arena, job.points)
     digest = hashlib.sha256(Path(job.points).read_bytes()).hexdigest()
-    # without a map the arena stands for it, so that every edit of a points file replaces the last report
-    source = Source(job.points, job.arena.sha256, "points")
+    source = Source(job.points, digest, "points")
     report = evaluate_points(parts, job.arena, job.settings, job.start, grid, source)
     return report, {**inputs, "points": job.points, "points_sha256": digest}
 
@@ -151,6 +162,6 @@ def detect(job: DetectJob) -> tuple[Document, Grid | None, tuple[BarrelPart, ...
         found = find_barrel_parts(trinary, job.radius_m)
         seconds = time.perf_counter() - started
     except FidmapError as error:
-        return error_document(job.map, error.code, str(error)), None, ()
+        return error_document(job.map, error.code, _naming(job.map, error)), None, ()
     parts = tuple(p for p in found if p.confidence >= job.min_confidence and p.drawn >= job.min_drawn - 1e-9)
     return detect_document(job.map, job.radius_m, parts, round(seconds, 6)), grid, parts

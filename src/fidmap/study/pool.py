@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+import signal
+from collections import deque
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import get_context
 from typing import TypeVar
@@ -11,14 +13,16 @@ from typing import TypeVar
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 
+AHEAD = 4  # jobs handed out per process: none waits for work, and few results wait for an earlier one
+
 
 def run(
     jobs: Sequence[Job], work: Callable[[Job], Result], died: Callable[[Job], Result], workers: int
 ) -> Iterator[Result]:
     """Results of `work`, one per job, in the order of the jobs.
 
-    A worker that dies (killed for its memory, say) takes its pool along: every job without a result then runs again
-    in a process of its own, and only the one that dies again is reported by `died`.
+    A process that dies (killed for its memory, say) takes its pool along: the jobs under way then run again, each in
+    a process of its own, and only the one that dies again is reported by `died`. A new pool takes the rest.
 
     Args:
         jobs: picklable values.
@@ -29,20 +33,46 @@ def run(
     if workers <= 1 or len(jobs) <= 1:
         yield from map(work, jobs)
         return
-    context = get_context("spawn")
-    with ProcessPoolExecutor(min(workers, len(jobs)), mp_context=context) as pool:
-        futures = [pool.submit(work, job) for job in jobs]
-        for job, future in zip(jobs, futures, strict=True):
-            try:
-                yield future.result()
-            except BrokenProcessPool:
-                yield _alone(job, work, died)
+    waiting = deque(jobs)
+    while waiting:
+        for job, future in (yield from _pooled(waiting, work, min(workers, len(waiting)))):
+            yield _alone(job, work, died) if future.exception() else future.result()
+
+
+def _pooled(
+    waiting: deque[Job], work: Callable[[Job], Result], workers: int
+) -> Generator[Result, None, Sequence[tuple[Job, Future[Result]]]]:
+    """Work until nothing is waiting or a process dies; returns the jobs that were handed out then."""
+    under_way: deque[tuple[Job, Future[Result]]] = deque()
+    pool = _pool(workers)
+    try:
+        while waiting or under_way:
+            while waiting and len(under_way) < AHEAD * workers:
+                under_way.append((waiting[0], pool.submit(work, waiting[0])))
+                waiting.popleft()
+            result = under_way[0][1].result()
+            under_way.popleft()
+            yield result
+    except BrokenProcessPool:
+        return under_way
+    finally:
+        pool.shutdown(cancel_futures=True)
+    return ()
 
 
 def _alone(job: Job, work: Callable[[Job], Result], died: Callable[[Job], Result]) -> Result:
     """One job in a process of its own."""
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+    with _pool(1) as pool:
         try:
             return pool.submit(work, job).result()
         except BrokenProcessPool:
             return died(job)
+
+
+def _pool(workers: int) -> ProcessPoolExecutor:
+    return ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_stop_quietly)
+
+
+def _stop_quietly() -> None:
+    """Ctrl-C ends a worker at once and without a traceback; the main process says what there is to say."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)

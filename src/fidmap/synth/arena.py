@@ -61,6 +61,8 @@ class SynthArena:
     arena: the ground truth as fidmap scores it. maze: the pallets. walls: (S, 4) segments x0, y0, x1, y1.
     arcs: (C, 5) x, y, radius, middle direction, opening; an opening of 2 pi is a whole circle.
     arc_part: (C,) index of the arc's fiducial part in `arena.parts`, -1 for clutter.
+    way: (K, 2) points that the robot drives along; None: through the maze, pallet by pallet.
+    crowds: people as arcs (P, 5), each there during an equal share of the drive only.
     """
 
     arena: Arena
@@ -69,6 +71,8 @@ class SynthArena:
     arcs: FloatArray
     arc_part: npt.NDArray[np.int64]
     wall_m: float
+    way: FloatArray | None = None
+    crowds: tuple[FloatArray, ...] = ()
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""

@@ -29,7 +29,7 @@ class Laser:
     beams at edges that return something between the two ranges. dropout: share of beams without return. skew:
     share of the motion between two scans that happens during one sweep. tilt: deviation of roll and pitch;
     height_m: of the sensor over the floor (beams tilted down end there, and slant ranges are longer than
-    plane ones).
+    plane ones). silent: beams beyond reach are missing, as where a program drops them, instead of inf.
     """
 
     fov: float = math.radians(270)
@@ -41,6 +41,7 @@ class Laser:
     skew: float = 0.0
     tilt: float = 0.0
     height_m: float = 0.4
+    silent: bool = False
 
     @property
     def bearings(self) -> FloatArray:
@@ -212,8 +213,11 @@ def scan(arena: SynthArena, poses: FloatArray, laser: Laser, rng: np.random.Gene
     ranges, hits = _tilted(ranges, hits, laser, rng)
     ranges, hits = _mixed(ranges, hits, laser, rng)
     ranges = ranges + laser.noise_m * rng.standard_normal(ranges.shape)
-    ranges[rng.random(ranges.shape) < laser.dropout] = np.nan
-    part_of = np.concatenate([np.full(len(arena.walls), -1), arena.arc_part, [-1]]).astype(np.int16)
+    lost = rng.random(ranges.shape) < laser.dropout
+    ranges[lost | np.isinf(ranges) if laser.silent else lost] = np.nan
+    crowd = max(map(len, arena.crowds), default=0)
+    names = [np.full(len(arena.walls), -1), arena.arc_part, np.full(crowd + 1, -1)]
+    part_of = np.concatenate(names).astype(np.int16)
     parts = np.where(np.isfinite(ranges), part_of[hits], np.int16(-1))
     return Scans(poses, bearings, ranges.astype(np.float32), parts, laser.max_range_m)
 
@@ -230,8 +234,13 @@ def _sweep(arena: SynthArena, poses: FloatArray, laser: Laser, beams: int) -> tu
         x, y, yaw = (poses + ((sector + 0.5) / sectors - 0.5) * motion).T
         start = yaw - laser.fov / 2 + sector * size * laser.step
         fans.append(np.stack([x, y, start, np.full(len(poses), laser.step)], axis=1))
-    flat = np.stack(fans, axis=1).reshape(-1, 4)
-    ranges, hits = cast(arena.walls, arena.arcs, flat, size, laser.max_range_m)
+    per_pose = np.stack(fans, axis=1)
+    found = []
+    crowds = arena.crowds or (np.zeros((0, 5)),)
+    for stretch, crowd in zip(np.array_split(per_pose, len(crowds)), crowds, strict=True):
+        arcs = np.concatenate([arena.arcs, crowd])
+        found.append(cast(arena.walls, arcs, stretch.reshape(-1, 4), size, laser.max_range_m))
+    ranges, hits = (np.concatenate(column) for column in zip(*found, strict=True))
     return ranges.reshape(len(poses), -1)[:, :beams], hits.reshape(len(poses), -1)[:, :beams]
 
 

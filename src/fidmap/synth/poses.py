@@ -11,7 +11,7 @@ from scipy import ndimage
 
 from fidmap.model import FloatArray, Pose2
 
-Tier = Literal["exact", "clean", "noisy", "broken", "large"]
+Tier = Literal["exact", "clean", "noisy", "broken", "large", "office", "field"]
 
 
 @dataclass(frozen=True)

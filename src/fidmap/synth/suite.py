@@ -11,17 +11,31 @@ import numpy as np
 
 from fidmap.model import Grid, Pose2
 from fidmap.synth.arena import ArenaSpec, SynthArena, make_arena
+from fidmap.synth.draws import (
+    REAL_RESOLUTIONS_M,
+    RESOLUTIONS_M,
+    WIDEST,
+    any_laser,
+    any_noise,
+    random_field_spec,
+    random_laser,
+    random_mapper,
+    random_maze_spec,
+    random_office_spec,
+    random_radius,
+)
+from fidmap.synth.field import FieldSpec, make_field
 from fidmap.synth.laser import Laser, scan
 from fidmap.synth.mappers import MAPPERS, Mapper, draw_map
+from fidmap.synth.office import OfficeSpec, make_office
 from fidmap.synth.poses import PoseNoise, Tier, estimated_poses, tier_noise
-from fidmap.synth.trajectory import trajectory
+from fidmap.synth.trajectory import drive
 from fidmap.synth.truth import PartTruth, part_truths
 
 Split = Literal["tune", "test"]
 
-RESOLUTIONS_M = (0.02, 0.025, 0.05, 0.05, 0.10)
 _SPLIT_WORD = {"tune": 0x7475_6E65, "test": 0x7465_7374}  # the words' ASCII codes
-_TIER_WORD = {"exact": 0, "clean": 1, "noisy": 2, "broken": 3, "large": 4}
+_TIER_WORD = {"exact": 0, "clean": 1, "noisy": 2, "broken": 3, "large": 4, "office": 5, "field": 6}
 
 
 @dataclass(frozen=True)
@@ -32,7 +46,7 @@ class CaseSpec:
     the map's. min_cells: least side of the map in cells (more unknown rim).
     """
 
-    arena: ArenaSpec = field(default_factory=ArenaSpec)
+    arena: ArenaSpec | OfficeSpec | FieldSpec = field(default_factory=ArenaSpec)
     laser: Laser = field(default_factory=Laser)
     noise: PoseNoise = field(default_factory=PoseNoise)
     mapper: Mapper = field(default_factory=Mapper)
@@ -65,8 +79,8 @@ def make_case(
 ) -> SynthCase:
     """Build an arena (unless one is given), drive through it, map it with its faults, tell the truth."""
     spec = spec or CaseSpec()
-    arena = arena or make_arena(rng, spec.arena)
-    poses = trajectory(arena.maze, rng, spec.explored, spec.spacing_m)
+    arena = arena or _build(rng, spec.arena)
+    poses = drive(arena, rng, spec.explored, spec.spacing_m)
     scans = scan(arena, poses, spec.laser, rng)
     believed = estimated_poses(poses, spec.noise, rng, spec.frame)
     grid = draw_map(scans, believed, spec.mapper, spec.resolution_m, min_cells=spec.min_cells, name=name)
@@ -75,6 +89,12 @@ def make_case(
     used[every] = True
     truths = part_truths(arena, scans.only(used), believed[every], grid)
     return SynthCase(name, tier, spec, arena, grid, truths)
+
+
+def _build(rng: np.random.Generator, spec: ArenaSpec | OfficeSpec | FieldSpec) -> SynthArena:
+    if isinstance(spec, OfficeSpec):
+        return make_office(rng, spec)
+    return make_field(rng, spec) if isinstance(spec, FieldSpec) else make_arena(rng, spec)
 
 
 def case_rng(split: Split, seed: int, tier: Tier, index: int) -> np.random.Generator:
@@ -90,7 +110,8 @@ def suite(split: Split, seed: int, n: int, tier: Tier) -> Iterator[SynthCase]:
         split: 'tune' to develop on, 'test' to report on.
         seed: which suite; not negative.
         n: number of cases; the first ones do not depend on it.
-        tier: how good the poses are ('large': good, but a big arena on a big map).
+        tier: how good the poses are ('large': good, but a big arena on a big map), or another place
+            than a maze ('office', 'field') with poses of all qualities.
     """
     for index in range(n):
         rng = case_rng(split, seed, tier, index)
@@ -98,62 +119,64 @@ def suite(split: Split, seed: int, n: int, tier: Tier) -> Iterator[SynthCase]:
 
 
 def random_spec(rng: np.random.Generator, tier: Tier) -> CaseSpec:
-    """A case of a tier, everything about it drawn at random."""
+    """A case of a tier, everything about it drawn at random.
+
+    The radius has random numbers of its own, so that mazes of 0.30 m are what they were without it.
+    """
+    radius_rng = rng.spawn(1)[0]
+    if tier in {"office", "field"}:
+        return _random_place(rng, tier, radius_rng)
     resolution_m = float(rng.choice(RESOLUTIONS_M))
     frame = Pose2(rng.uniform(-8, 8), rng.uniform(-8, 8), rng.uniform(-math.pi, math.pi))
+    maze = random_maze_spec(rng)
     spec = CaseSpec(
-        arena=_random_arena(rng),
-        laser=_random_laser(rng, tier),
+        arena=maze,
+        laser=random_laser(rng, tier),
         noise=tier_noise(tier, rng),
-        mapper=MAPPERS[_random_mapper(rng, tier)],
+        mapper=MAPPERS[random_mapper(rng, tier)],
         resolution_m=resolution_m,
         explored=float(rng.uniform(0.4, 0.9)) if rng.random() < 0.25 else 1.0,
         spacing_m=float(rng.uniform(0.2, 0.4)),
         frame=frame,
     )
-    return _enlarged(rng, spec) if tier == "large" else spec
+    if tier == "large":
+        return _enlarged(rng, spec, maze, radius_rng)
+    return replace(spec, arena=_with_radius(maze, random_radius(radius_rng, resolution_m)))
 
 
-def _random_arena(rng: np.random.Generator) -> ArenaSpec:
-    return ArenaSpec(
-        columns=int(rng.integers(6, 10)),
-        rows=int(rng.integers(5, 8)),
-        pairs=int(rng.integers(4, 9)),
-        void_pairs=int(rng.integers(0, 3)),
-        singles=int(rng.integers(0, 3)),
-        wholes=int(rng.integers(0, 3)),
-        clutter=int(rng.integers(0, 9)),
-        wall_m=float(rng.uniform(0.01, 0.08)),
-        openness=float(rng.uniform(0.05, 0.4)),
+def _random_place(rng: np.random.Generator, tier: Tier, radius_rng: np.random.Generator) -> CaseSpec:
+    """A case in an office or a field, by any laser and mapper; scans are fewer where beams are many."""
+    resolution_m = float(rng.choice(REAL_RESOLUTIONS_M))
+    radius_m = random_radius(radius_rng, resolution_m)
+    laser = any_laser(rng)
+    usable_m = float(rng.uniform(8, 20) * min(1.0, resolution_m / 0.04))
+    spacing_m = float(rng.uniform(0.2, 0.5)) + (0.15 if laser.step < math.radians(0.4) else 0.0)
+    return CaseSpec(
+        arena=random_office_spec(rng, radius_m) if tier == "office" else random_field_spec(rng, radius_m),
+        laser=laser,
+        noise=any_noise(rng),
+        mapper=replace(MAPPERS[random_mapper(rng, tier)], usable_m=usable_m),
+        resolution_m=resolution_m,
+        explored=float(rng.uniform(0.4, 0.9)) if rng.random() < 0.25 else 1.0,
+        spacing_m=spacing_m,
+        frame=Pose2(rng.uniform(-8, 8), rng.uniform(-8, 8), rng.uniform(-math.pi, math.pi)),
     )
 
 
-def _random_laser(rng: np.random.Generator, tier: Tier) -> Laser:
-    swaying = tier in {"noisy", "broken"}
-    return Laser(
-        noise_m=float(rng.uniform(0.005, 0.02)),
-        mixed=float(rng.uniform(0.1, 0.5)),
-        dropout=float(rng.uniform(0.0, 0.01)),
-        skew=float(rng.uniform(0.0, 0.1)) if swaying else 0.0,
-        tilt=math.radians(rng.uniform(0, 2)) if swaying else 0.0,
-    )
+def _with_radius(maze: ArenaSpec, radius_m: float) -> ArenaSpec:
+    """A maze for other barrels, on wider pallets where they would block the way."""
+    return replace(maze, radius_m=radius_m, pallet_m=max(maze.pallet_m, 2 * radius_m / WIDEST))
 
 
-def _random_mapper(rng: np.random.Generator, tier: Tier) -> str:
-    names = sorted(MAPPERS)
-    if tier in {"clean", "exact", "large"}:  # CoreSLAM erases halves whatever the poses: it is no clean map
-        names = [name for name in names if "coreslam" not in name]
-    return str(rng.choice(names))
-
-
-def _enlarged(rng: np.random.Generator, spec: CaseSpec) -> CaseSpec:
+def _enlarged(rng: np.random.Generator, spec: CaseSpec, maze: ArenaSpec, radius_rng: np.random.Generator) -> CaseSpec:
     """A big arena with more objects on a map of 1500 to 4000 cells, seen with fewer and coarser scans."""
     resolution_m = float(rng.choice([0.02, 0.025, 0.05], p=[0.4, 0.4, 0.2]))
     pallets = int(rng.integers(16, 29))
-    across = pallets * spec.arena.pallet_m / resolution_m
+    maze = _with_radius(maze, random_radius(radius_rng, resolution_m))
+    across = pallets * maze.pallet_m / resolution_m
     cells = int(np.clip(across * rng.uniform(1.0, 2.5), 1500, 4000))
     arena = replace(
-        spec.arena,
+        maze,
         columns=pallets,
         rows=max(6, round(pallets * rng.uniform(0.7, 1.0))),
         pairs=pallets,

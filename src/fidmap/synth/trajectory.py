@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from fidmap.model import FloatArray
+from fidmap.synth.arena import SynthArena
 from fidmap.synth.maze import Pallet, PalletMaze, shortest_way, walking_distances
 
 TURN_PER_SCAN = math.radians(25)
@@ -54,7 +55,18 @@ def trajectory(
         (M, 3) x, y, yaw in the arena's frame.
     """
     pallets = np.array(tour(maze, rng, explored), float)
-    points = (_looking_around(pallets)[:, ::-1] + 0.5) * maze.pallet_m
+    return poses_along((_looking_around(pallets)[:, ::-1] + 0.5) * maze.pallet_m, rng, spacing_m)
+
+
+def drive(arena: SynthArena, rng: np.random.Generator, explored: float = 1.0, spacing_m: float = 0.25) -> FloatArray:
+    """True poses (M, 3) of the scans: along the arena's own way, as far as explored, or through its maze."""
+    if arena.way is None:
+        return trajectory(arena.maze, rng, explored, spacing_m)
+    return poses_along(arena.way[: max(1, round(explored * len(arena.way)))], rng, spacing_m)
+
+
+def poses_along(points: FloatArray, rng: np.random.Generator, spacing_m: float) -> FloatArray:
+    """Poses (M, 3) of scans every `spacing_m` along a smoothed polyline (N, 2), and in turns."""
     points = points + np.clip(0.04 * rng.standard_normal(points.shape), -0.06, 0.06)
     for _ in range(2):
         points = _corners_cut(points)

@@ -12,6 +12,7 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
+from scipy import ndimage
 
 from fidmap.grid import metres_to_cells, trinarize
 from fidmap.model import FiducialPart, FloatArray, Grid, Label
@@ -20,10 +21,12 @@ from fidmap.synth.laser import Scans
 
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
-SAME_COPY_M = 0.15  # scans whose votes lie farther apart draw the part twice
+SAME_COPY = 0.5  # radii; scans whose votes lie farther apart draw the part twice
 BINS = 120  # directions of a whole circle
 COPY_BINS = 10  # a copy of less than 30 degrees is a smear, not an arc
-CLUTTER_M = 0.12  # beyond the thickness of drawn arcs (and 1.5 cells more): black there is not the arc's
+INK_CELLS = 1.5  # how far from its circle an arc is drawn
+INK_RADII = 0.35  # the same for small circles: farther off is another circle
+CLUTTER = 0.4  # radii beyond the thickness of drawn arcs (and 1.5 cells more): black there is not the arc's
 
 
 @dataclass(frozen=True)
@@ -35,7 +38,8 @@ class PartTruth:
     copy. support: angle of these hits at which the map has occupied cells. clutter: angle at which it also
     has some outside the arc.
     drawn: 'yes' at support >= 2/3 and support - clutter >= 0.3 of the part's opening, 'partly' at 0.5 and
-    0.2.
+    0.2. A whole barrel needs less support, 'yes' at 1/2 (180 degrees: the least opening that a profile may
+    ask for) and 'partly' at 1/3 (120 degrees), since who drives by sees no more of it.
     copies: other places where the part is drawn, map frame. scans: how many made the main copy.
     """
 
@@ -128,7 +132,7 @@ def _copies(scans: Scans, poses: FloatArray, scan: IntArray, beam: IntArray, arc
     copies: list[_Copy] = []
     left = np.ones(len(votes), bool)
     while left.any():
-        inside = _densest(votes, left)
+        inside = _densest(votes, left, SAME_COPY * float(arc[2]))
         copy = _Copy(
             votes[inside].mean(0),
             float(np.arctan2(s[inside].mean(), c[inside].mean())),
@@ -141,16 +145,16 @@ def _copies(scans: Scans, poses: FloatArray, scan: IntArray, beam: IntArray, arc
     return sorted(copies, key=lambda copy: (-int(copy.hit.sum()), -copy.scans))
 
 
-def _densest(votes: FloatArray, left: BoolArray) -> BoolArray:
+def _densest(votes: FloatArray, left: BoolArray, reach_m: float) -> BoolArray:
     """Mask of the votes left within reach of where most of them agree (mean shift from the densest vote)."""
     candidates = votes[left]
     seeds = np.unique(candidates, axis=0)  # all beams of a scan vote for one place
     seeds = seeds[:: max(1, len(seeds) // 200)]
-    near = np.hypot(*(seeds[:, None] - candidates[None, :: max(1, len(candidates) // 2000)]).T) < SAME_COPY_M
+    near = np.hypot(*(seeds[:, None] - candidates[None, :: max(1, len(candidates) // 2000)]).T) < reach_m
     centre = seeds[np.argmax(near.sum(0))]
     inside: BoolArray = left
     for _ in range(5):
-        inside = left & (np.hypot(*(votes - centre).T) < SAME_COPY_M)
+        inside = left & (np.hypot(*(votes - centre).T) < reach_m)
         centre = votes[inside].mean(0) if inside.any() else centre
     if not inside.any():
         inside = left & np.equal(votes, candidates[0]).all(axis=1)
@@ -173,7 +177,7 @@ def _truth(part: FiducialPart, arc: FloatArray, copies: list[_Copy], ink: _Ink |
         seen=seen,
         support=support,
         clutter=clutter,
-        drawn=_drawn(support / part.opening, clutter / part.opening),
+        drawn=_drawn(support, clutter, part.opening),
         copies=tuple((float(c.centre[0]), float(c.centre[1])) for c in copies if c is not main),
         scans=main.scans,
     )
@@ -181,20 +185,25 @@ def _truth(part: FiducialPart, arc: FloatArray, copies: list[_Copy], ink: _Ink |
 
 def _angles(copy: _Copy, opening: float, radius_m: float, ink: _Ink | None) -> tuple[float, float, float]:
     """Angles of a copy: seen by beams; of these black in the map; of these black outside the arc too."""
-    covered = _closed(copy.hit)
-    black, dirty = covered, np.zeros(BINS, bool)
-    if ink is not None:
-        outside_m = radius_m + CLUTTER_M + 1.5 * ink.grid.resolution_m
-        black = covered & ink.on_circle(copy, radius_m, cells=1.5)
-        dirty = black & ink.on_circle(copy, outside_m, cells=0.5)
+    if ink is None:
+        seen = _angle(_closed(copy.hit, 1), opening)
+        return seen, seen, 0.0
+    cells = radius_m / ink.grid.resolution_m
+    covered = _closed(copy.hit, max(1, round(BINS / (2 * math.pi * cells))))
+    black = covered & ink.on_circle(copy, radius_m, cells=min(INK_CELLS, max(1.0, INK_RADII * cells)))
+    outside_m = (1 + CLUTTER) * radius_m + 1.5 * ink.grid.resolution_m
+    dirty = black & ink.on_circle(copy, outside_m, cells=0.5)
     return _angle(covered, opening), _angle(black, opening), _angle(dirty, opening)
 
 
-def _closed(hit: BoolArray) -> BoolArray:
-    """Directions hit, with gaps of one bin closed: beams seen from afar are 3 degrees apart on the arc."""
-    closed: BoolArray = hit.copy()
-    closed |= np.roll(hit, 1) & np.roll(hit, -1)
-    return closed
+def _closed(hit: BoolArray, gap: int) -> BoolArray:
+    """Directions hit, with gaps of up to so many bins closed.
+
+    Beams seen from afar are 3 degrees (one bin) apart on the arc, and a cell hit shows all directions in it.
+    """
+    around = np.concatenate([hit[-gap:], hit, hit[:gap]])
+    closed = ndimage.binary_closing(np.pad(around, gap), np.ones(gap + 1))
+    return np.asarray(closed[2 * gap : 2 * gap + BINS], bool)
 
 
 def _angle(mask: BoolArray, opening: float) -> float:
@@ -202,7 +211,10 @@ def _angle(mask: BoolArray, opening: float) -> float:
     return min(opening, float(mask.sum()) * 2 * math.pi / BINS)
 
 
-def _drawn(support: float, clutter: float) -> Literal["yes", "partly", "no"]:
-    if support >= 2 / 3 - 1e-9 and support - clutter >= 0.3:
+def _drawn(support: float, clutter: float, opening: float) -> Literal["yes", "partly", "no"]:
+    """How well a part is drawn; see `PartTruth`."""
+    yes, partly = (1 / 2, 1 / 3) if opening >= 2 * math.pi else (2 / 3, 1 / 2)
+    share, clean = support / opening + 1e-9, (support - clutter) / opening
+    if share >= yes and clean >= 0.3:
         return "yes"
-    return "partly" if support >= 0.5 and support - clutter >= 0.2 else "no"
+    return "partly" if share >= partly and clean >= 0.2 else "no"

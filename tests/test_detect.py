@@ -102,7 +102,7 @@ def off(part: BarrelPart, paper: Canvas, radius: float, u: float, v: float = 0.0
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.3, math.pi / 2, 2.0])
-@pytest.mark.parametrize("radius", [6, 12, 15])
+@pytest.mark.parametrize("radius", [3, 6, 12, 15])
 def test_both_halves_on_a_wall(radius: float, angle: float) -> None:
     """Two parts, each with its own centre and facing, each drawn all around its half."""
     paper = pair(radius, angle)
@@ -116,11 +116,11 @@ def test_both_halves_on_a_wall(radius: float, angle: float) -> None:
         assert part.facing is not None
         assert math.degrees(float(angle_between(part.facing, facing))) < 12
         assert off(part, paper, radius, side * WALL / 2) < 0.55
-        assert 165 <= math.degrees(part.drawn) <= 180.1
+        assert 150 <= math.degrees(part.drawn) <= 180.1
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.3, math.pi / 2, 2.0])
-@pytest.mark.parametrize("radius", [6, 12, 15])
+@pytest.mark.parametrize("radius", [3, 6, 12, 15])
 def test_one_half_on_a_wall(radius: float, angle: float) -> None:
     """The other side is plain."""
     paper = canvas(angle)

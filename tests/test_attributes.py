@@ -8,13 +8,21 @@ from dataclasses import replace
 import pytest
 
 from fidmap.attributes import attributes
-from fidmap.model import CONTINUOUS, SSRR2011, Arena, ArenaFileError, Assignment, Attributes, BarrelPart, Group
-from fidmap.model import Settings, Transform
+from fidmap.model import (
+    CONTINUOUS,
+    SSRR2011,
+    Arena,
+    ArenaFileError,
+    Assignment,
+    Attributes,
+    BarrelPart,
+    Group,
+    Settings,
+    Transform,
+)
 from fiducials import arc, arena_of, assigned, drawn, half, pairs_arena
 
-GROUPS = tuple(
-    Group(str(k), (f"{k}A", f"{k}B"), walking_pallets=way) for k, way in enumerate((1, 6, 6.5, 9, 2), 1)
-)
+GROUPS = tuple(Group(str(k), (f"{k}A", f"{k}B"), walking_pallets=way) for k, way in enumerate((1, 6, 6.5, 9, 2), 1))
 
 
 def six_parts(**more: object) -> Arena:

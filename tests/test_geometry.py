@@ -15,7 +15,13 @@ POINTS = np.array([[1.0, 0.0], [0.0, 2.0], [-3.0, 0.5]])
 
 @pytest.mark.parametrize(
     ("a", "b", "apart"),
-    [(0.0, 0.0, 0.0), (0.1, 2 * math.pi, 0.1), (math.pi, -math.pi, 0.0), (3.0, -3.0, 2 * math.pi - 6), (0, 7, 7 - 2 * math.pi)],
+    [
+        (0.0, 0.0, 0.0),
+        (0.1, 2 * math.pi, 0.1),
+        (math.pi, -math.pi, 0.0),
+        (3.0, -3.0, 2 * math.pi - 6),
+        (0, 7, 7 - 2 * math.pi),
+    ],
 )
 def test_angles_are_compared_around_the_circle(a: float, b: float, apart: float) -> None:
     """In [0, pi], either way round."""
@@ -81,7 +87,9 @@ def test_the_fit_keeps_the_scale_in_its_range() -> None:
     """A map at 1.3 of its size: free up to 2, bounded by 1.1, rigid."""
     target = as_complex(apply(Transform(0.5, 1, 1, 1.3), POINTS))
 
-    sizes = [abs(weighted_similarity(as_complex(POINTS), target, np.ones(3), r)[0]) for r in ((0.5, 2), (0.9, 1.1), (1, 1))]
+    sizes = [
+        abs(weighted_similarity(as_complex(POINTS), target, np.ones(3), r)[0]) for r in ((0.5, 2), (0.9, 1.1), (1, 1))
+    ]
 
     assert sizes == pytest.approx([1.3, 1.1, 1])
 

@@ -18,7 +18,7 @@ def grid_of(*values: float, **more: object) -> Grid:
 
 
 def test_thresholds_belong_to_their_labels() -> None:
-    """p <= free is free, p >= occupied is occupied, what lies between or is NaN is unknown."""
+    """P <= free is free, p >= occupied is occupied, what lies between or is NaN is unknown."""
     grid = grid_of(0.0, 0.196, 0.197, 0.649, 0.65, 1.0, math.nan)
 
     assert trinarize(grid).labels.tolist() == [[FREE, FREE, UNKNOWN, UNKNOWN, OCCUPIED, OCCUPIED, UNKNOWN]]

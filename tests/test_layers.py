@@ -72,7 +72,7 @@ def room_of(path: Path) -> str:
     return path.relative_to(SOURCE).parts[0].removesuffix(".py")
 
 
-def imports(path: Path, nodes: Iterator[ast.AST]) -> Iterator[tuple[int, str]]:
+def imports(nodes: Iterator[ast.AST]) -> Iterator[tuple[int, str]]:
     """Line and full name of every imported module; relative ones are refused by ruff."""
     for node in nodes:
         if isinstance(node, ast.Import):
@@ -99,7 +99,7 @@ def test_rooms_import_from_lower_layers_only(path: Path) -> None:
 
     wrong = [
         f"{shown(path)}:{line} imports {module}"
-        for line, module in imports(path, ast.walk(tree(path)))
+        for line, module in imports(ast.walk(tree(path)))
         if (there := ours(module)) is not None and there != room and there not in ALLOWED[room]
     ]
 
@@ -109,7 +109,7 @@ def test_rooms_import_from_lower_layers_only(path: Path) -> None:
 @pytest.mark.parametrize("path", [p for p in files() if room_of(p) in CORE], ids=shown)
 def test_the_core_knows_neither_files_nor_clocks_nor_loggers(path: Path) -> None:
     """Values in, values out: only modules that compute, no open(), no global randomness."""
-    modules = {name.split(".")[0] for _, name in imports(path, ast.walk(tree(path)))}
+    modules = {name.split(".")[0] for _, name in imports(ast.walk(tree(path)))}
     called = [n.func for n in ast.walk(tree(path)) if isinstance(n, ast.Call)]
 
     assert modules - {"fidmap"} <= PURE | EXTRA.get(shown(path), set())
@@ -152,7 +152,7 @@ def test_no_import_cycles() -> None:
     """Module by module, for what is imported on import."""
     known = {module_of(path) for path in files()}
     needs = {
-        module_of(path): {name for _, name in imports(path, top_level(path)) if name in known} - {module_of(path)}
+        module_of(path): {name for _, name in imports(top_level(path)) if name in known} - {module_of(path)}
         for path in files()
     }
     for path in files():  # a package's own file may name its parts; its parts may name the package's values

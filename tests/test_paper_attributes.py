@@ -36,9 +36,7 @@ ARENA = Arena(
     "part A",
     R,
     tuple(FiducialPart(name, 5.0 * k, 0.0) for k, name in enumerate((*sum(PAIRS, ()), "5A"))),
-    tuple(
-        Group(str(k), pair, walking_pallets=3 if k < 3 else 9, distance_m=0.02) for k, pair in enumerate(PAIRS, 1)
-    ),
+    tuple(Group(str(k), pair, walking_pallets=3 if k < 3 else 9, distance_m=0.02) for k, pair in enumerate(PAIRS, 1)),
 )
 MAPS = sorted(PRINTED)
 
@@ -62,7 +60,9 @@ def error_sets(number: int) -> list[tuple[dict[str, float], str]]:
             for long in pattern["long_errors"]:
                 places = _places(pattern, short, long)
                 if "none" not in {short, long} and places is not None:
-                    found += [(places, errors) for errors in row["relative_solutions"][0]["multisets_of_quarter_errors"]]
+                    found += [
+                        (places, errors) for errors in row["relative_solutions"][0]["multisets_of_quarter_errors"]
+                    ]
     return found
 
 
@@ -74,7 +74,7 @@ def _places(pattern: dict[str, Any], short: str, long: str) -> dict[str, float] 
         (pattern["long_parts_found"], long, PAIRS[2:]),
     ):
         left = list(errors)
-        for count, (a, b) in sorted(zip(counts, pairs, strict=True)):
+        for count, (a, _) in zip(counts, pairs, strict=True):
             if count == 1:
                 left.remove("4")
                 places[a] = 0.0

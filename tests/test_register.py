@@ -13,8 +13,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fidmap.geometry import angle_between, apply
-from fidmap.model import CONTINUOUS, SSRR2011, Arena, ArenaFileError, Assignment, BarrelPart, FiducialPart, Pose2
-from fidmap.model import Settings, StartPose, Transform
+from fidmap.model import (
+    CONTINUOUS,
+    SSRR2011,
+    Arena,
+    ArenaFileError,
+    Assignment,
+    BarrelPart,
+    FiducialPart,
+    Pose2,
+    Settings,
+    StartPose,
+    Transform,
+)
 from fidmap.register import register
 from fiducials import R, arc, arena_of, drawn, half, names, pairs_arena
 from real_data import real_data
@@ -45,7 +56,9 @@ def line_arcs(*more: BarrelPart) -> tuple[BarrelPart, ...]:
 # what a perfect or noisy map gives
 
 
-@pytest.mark.parametrize("move", [Transform(), Transform(2.0, -30, 12), Transform(-0.4, 0.3, 0.1), Transform(math.pi, 7, 5)])
+@pytest.mark.parametrize(
+    "move", [Transform(), Transform(2.0, -30, 12), Transform(-0.4, 0.3, 0.1), Transform(math.pi, 7, 5)]
+)
 def test_a_moved_map_is_moved_back(move: Transform) -> None:
     """Every part found again, the full value, and the inverse of the move as the transform."""
     arena = pairs_arena()
@@ -80,7 +93,9 @@ def test_rigid_moves_leave_the_value_unchanged() -> None:
 
 def test_the_sum_of_capped_scores_is_maximised_not_the_squares() -> None:
     """Four parts right and one 1.1 m off: the four stay exactly right, nobody shares the fifth's error."""
-    arena = arena_of(*(half(name, x, y, 0) for name, x, y in (("A", 0, 0), ("B", 5, 0), ("C", 0, 7), ("D", 6, 8), ("E", 2, 3))))
+    arena = arena_of(
+        *(half(name, x, y, 0) for name, x, y in (("A", 0, 0), ("B", 5, 0), ("C", 0, 7), ("D", 6, 8), ("E", 2, 3)))
+    )
     parts = list(drawn(arena))
     parts[4] = replace(parts[4], x_m=parts[4].x_m + 1.1)
 
@@ -111,7 +126,7 @@ def test_value_is_the_sum_that_the_transform_gives() -> None:
 
 @pytest.mark.parametrize(("away", "is_assigned"), [(1.19, True), (1.2, False), (1.21, False)])
 def test_nearer_than_d_max(away: float, is_assigned: bool) -> None:
-    """d < D after the registration; D itself is too far."""
+    """D < D after the registration; D itself is too far."""
     arena, parts = line(half("D", 20, 5)), line_arcs(arc(4, 20, 5 + away))
 
     assert ("D" in names(arena, in_place(arena, parts), parts)) == is_assigned
@@ -184,7 +199,8 @@ def test_the_least_opening_is_a_setting() -> None:
 
 
 @pytest.mark.parametrize(
-    ("turned_deg", "is_assigned"), [(0, True), (59, True), (59.999, True), (60, False), (61, False), (180, False), (-60, False)]
+    ("turned_deg", "is_assigned"),
+    [(0, True), (59, True), (59.999, True), (60, False), (61, False), (180, False), (-60, False)],
 )
 def test_facings_agree_within_sixty_degrees(turned_deg: float, is_assigned: bool) -> None:
     """Exactly sixty is refused, at any facing, though doubles round the difference either way."""

@@ -41,6 +41,11 @@ def turn_directions(transform: Transform, angles: FloatArray) -> FloatArray:
     return transform.rotation + flip * np.asarray(angles, float)
 
 
+def as_complex(points_xy: FloatArray, mirrored: bool = False) -> ComplexArray:
+    """Points (N, 2) as x + iy (N,), or x - iy."""
+    return np.asarray(points_xy[:, 0] + (-1j if mirrored else 1j) * points_xy[:, 1], np.complex128)
+
+
 def weighted_similarity(
     source: ComplexArray, target: ComplexArray, weight: FloatArray, scale_range: tuple[float, float]
 ) -> tuple[complex, complex]:

@@ -43,9 +43,7 @@ def register(
     return replace(found, barrel_of=tuple(barrel_of), fixed=fixed)
 
 
-def _register(
-    parts: tuple[BarrelPart, ...], arena: Arena, settings: Settings, start: StartPose | None
-) -> Assignment:
+def _register(parts: tuple[BarrelPart, ...], arena: Arena, settings: Settings, start: StartPose | None) -> Assignment:
     """Register parts that stand in order; an arena with positions."""
     count = len(arena.parts)
     problem = make_problem(parts, arena, settings)

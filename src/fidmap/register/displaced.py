@@ -31,8 +31,8 @@ class _LeftOver:
 def displaced_submaps(problem: Problem, chosen: Placement, ids: Sequence[str]) -> tuple[Finding, ...]:
     """Findings `displaced-submap`, one per piece of at least three parts; the parts stay unassigned.
 
-    Each pair of a piece is within D/4 under the piece's own rigid move (three parts fit by chance within D/2), and that move takes its arcs at least
-    D/2 (rms) away from where the chosen placement puts them.
+    Each pair of a piece is within D/4 under the piece's own rigid move (within D/2 three parts often fit by
+    chance), and that move takes its arcs at least D/2 (rms) away from where the chosen placement puts them.
     """
     found = []
     left = _left_over(problem, chosen)
@@ -51,9 +51,7 @@ def _left_over(problem: Problem, chosen: Placement) -> _LeftOver:
         barrels=apply(chosen.transform, problem.barrels),
         barrel_facings=turn_directions(chosen.transform, problem.barrel_facings),
         fixed=np.empty((0, 2), np.intp),
-        settings=replace(
-            problem.settings, d_max_m=stricter, rounding="none", transform="rigid", mirror=False
-        ),
+        settings=replace(problem.settings, d_max_m=stricter, rounding="none", transform="rigid", mirror=False),
     )
     rows, columns = np.arange(len(problem.fiducials)), np.arange(len(problem.barrels))
     return _take(moved, rows, columns, chosen.pairs)

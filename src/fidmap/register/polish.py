@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from fidmap.geometry import apply, weighted_similarity
+from fidmap.geometry import apply, as_complex, weighted_similarity
 from fidmap.model import FloatArray, StartPose, Transform
 from fidmap.register.hypotheses import nearest_within, within
 from fidmap.register.problem import Problem
@@ -16,6 +16,7 @@ from fidmap.register.problem import Problem
 # seeded trials per maximum of a discretised value
 SETTLE_ROUNDS = 24
 SETTLE_TRIALS = 1500
+SETTLE_SIZE = 2500  # pairs; matching many of equal worth takes long
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,8 +74,8 @@ def fit_pairs(problem: Problem, pairs: npt.NDArray[np.intp], start: Transform, s
     Each step minimises a quadratic that touches the truncated sum from below, so the value never falls (but for
     the smoothing of d near 0). A millionth of the squares is added: it decides where the sum is flat.
     """
-    target = problem.fiducials[pairs[:, 0]] @ [1, 1j]
-    source = problem.barrels[pairs[:, 1]] @ [1, -1j if start.mirrored else 1j]
+    target = as_complex(problem.fiducials[pairs[:, 0]])
+    source = as_complex(problem.barrels[pairs[:, 1]], start.mirrored)
     z, t = start.scale * np.exp(1j * start.rotation), complex(start.tx_m, start.ty_m)
     best, best_value, softness = (z, t), -1.0, 0.05 * problem.d_max
     for _ in range(steps):
@@ -95,8 +96,8 @@ def fit_pairs(problem: Problem, pairs: npt.NDArray[np.intp], start: Transform, s
 
 def settle_squares(problem: Problem, start: Placement, pose: StartPose | None) -> Placement:
     """Where the sum is flat, go towards the least squares as far as nothing is lost."""
-    target = problem.fiducials[start.pairs[:, 0]] @ [1, 1j]
-    source = problem.barrels[start.pairs[:, 1]] @ [1, -1j if start.transform.mirrored else 1j]
+    target = as_complex(problem.fiducials[start.pairs[:, 0]])
+    source = as_complex(problem.barrels[start.pairs[:, 1]], start.transform.mirrored)
     here = start.transform
     z, t = weighted_similarity(source, target, np.ones(len(target)), problem.scale_range)
     turn = math.remainder(float(np.angle(z)) - here.rotation, 2 * math.pi)
@@ -119,6 +120,7 @@ def settle_steps(problem: Problem, start: Placement, pose: StartPose | None) -> 
     random = np.random.default_rng(0)
     centre = problem.barrels.mean(axis=0)
     arm = float(np.sqrt(np.mean(np.sum((problem.barrels - centre) ** 2, axis=1)))) or 1.0
+    tries = 6 if problem.allowed.size <= SETTLE_SIZE else 2
     best = start
     for k in range(SETTLE_ROUNDS):
         if best.value > len(best.pairs) - 1e-9 or (k == SETTLE_ROUNDS // 2 and best is start):
@@ -128,7 +130,7 @@ def settle_steps(problem: Problem, start: Placement, pose: StartPose | None) -> 
         trials = _perturbed(best.transform, moves, centre, problem.scale_range)
         trials = trials[within(trials, pose)]
         worth = _fixed_pair_values(problem, best, trials)
-        for one in np.argsort(-worth, kind="stable")[:6]:
+        for one in np.argsort(-worth, kind="stable")[:tries]:
             rotation, tx, ty, scale = (float(v) for v in trials[one])
             trial = place(problem, Transform(rotation, tx, ty, scale, best.transform.mirrored))
             if (round(trial.value, 7), trial.closeness) > (round(best.value, 7), best.closeness):
@@ -139,7 +141,7 @@ def settle_steps(problem: Problem, start: Placement, pose: StartPose | None) -> 
 def _perturbed(
     transform: Transform, moves: FloatArray, centre: FloatArray, scale_range: tuple[float, float]
 ) -> FloatArray:
-    """Placements (T, 4) turned, shifted and scaled by moves (T, 4) about the barrel parts' middle, which a turn spares."""
+    """Placements (T, 4) turned, shifted and scaled by moves (T, 4) about the middle of the barrel parts."""
     rotation = transform.rotation + moves[:, 0]
     scale = np.clip(transform.scale * (1 + moves[:, 3]), *scale_range)
     middle = centre @ [1, -1j if transform.mirrored else 1j]
@@ -150,8 +152,8 @@ def _perturbed(
 
 def _fixed_pair_values(problem: Problem, best: Placement, trials: FloatArray) -> FloatArray:
     """(T,) discretised value of the present pairs under placements (T, 4), with the continuous one as tie-break."""
-    target = problem.fiducials[best.pairs[:, 0]] @ [1, 1j]
-    source = problem.barrels[best.pairs[:, 1]] @ [1, -1j if best.transform.mirrored else 1j]
+    target = as_complex(problem.fiducials[best.pairs[:, 0]])
+    source = as_complex(problem.barrels[best.pairs[:, 1]], best.transform.mirrored)
     moved = (trials[:, 3] * np.exp(1j * trials[:, 0]))[:, None] * source[None]
     distance = np.abs(moved + (trials[:, 1] + 1j * trials[:, 2])[:, None] - target[None])
     value = (1 - problem.loss(distance)).sum(axis=1)

@@ -12,8 +12,10 @@ from fidmap.register.hypotheses import placements, promising, within
 from fidmap.register.polish import Placement, climb, place, settle_squares, settle_steps
 from fidmap.register.problem import Problem
 
-POLISHED = 60
-KEPT = 12
+POLISHED = 32
+KEPT = 8
+# share of the best continuous value from which on a maximum may win once its distances are stepped
+HOPEFUL = 0.85
 
 
 def local_maxima(problem: Problem, start: StartPose | None = None) -> list[Placement]:
@@ -53,7 +55,9 @@ def _maxima(problem: Problem, start: StartPose | None) -> list[Placement]:
         starts.append(unmoved)
     settled = [climb(problem, t, start, rounds=20, steps=120) for t in starts]
     if problem.settings.rounding != "none":
-        settled = [settle_steps(problem, m, start) for m in _apart(problem, settled, problem.d_max / 12)]
+        apart = _apart(problem, settled, problem.d_max / 12)
+        hopeful = max((m.closeness for m in apart), default=0.0) * HOPEFUL
+        settled = [settle_steps(problem, m, start) if m.closeness >= hopeful else m for m in apart]
     return settled
 
 

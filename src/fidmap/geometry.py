@@ -5,8 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 
 from fidmap.model import FloatArray, Transform
+
+ComplexArray = npt.NDArray[np.complex128]
 
 
 def angle_between(a: FloatArray | float, b: FloatArray | float) -> FloatArray:
@@ -39,20 +42,21 @@ def turn_directions(transform: Transform, angles: FloatArray) -> FloatArray:
 
 
 def weighted_similarity(
-    source_xy: FloatArray, target_xy: FloatArray, weight: FloatArray, scale_range: tuple[float, float]
-) -> Transform:
-    """The rotation, translation and bounded scale that minimise sum w |s R source + t - target|^2.
+    source: ComplexArray, target: ComplexArray, weight: FloatArray, scale_range: tuple[float, float]
+) -> tuple[complex, complex]:
+    """Turn and scale z, translation t (both complex) that minimise sum w |z source + t - target|^2.
 
-    source_xy, target_xy: (K, 2) metres; weight: (K,), at least one positive. A range (1, 1) makes it rigid.
-    Closed form in the plane (Umeyama 1991, written with complex numbers); points that coincide leave the
-    rotation at 0.
+    source, target: (K,) points x + iy in metres; weight: (K,), at least one positive; |z| stays in the range, and
+    (1, 1) makes it rigid. Closed form in the plane (Umeyama 1991); points that coincide leave the turn at 0.
     """
     w = weight / weight.sum()
-    source, target = source_xy @ [1, 1j], target_xy @ [1, 1j]
     source_mean, target_mean = w @ source, w @ target
-    moment = w @ (np.conj(source - source_mean) * (target - target_mean))
-    rotation = float(np.angle(moment)) if abs(moment) > 0 else 0.0
-    variance = float(w @ np.abs(source - source_mean) ** 2)
-    scale = float(np.clip(abs(moment) / variance, *scale_range)) if variance > 0 else float(np.clip(1, *scale_range))
-    shift = target_mean - scale * np.exp(1j * rotation) * source_mean
-    return Transform(rotation, float(shift.real), float(shift.imag), scale)
+    centred = source - source_mean
+    moment = complex((w * centred.conj()) @ (target - target_mean))
+    size = abs(moment)
+    scale = scale_range[0]
+    if scale_range[0] < scale_range[1]:
+        variance = float(w @ (centred.real**2 + centred.imag**2))
+        scale = min(max(size / variance if variance > 0 else 1.0, scale_range[0]), scale_range[1])
+    z = scale * (moment / size if size > 0 else 1.0)
+    return z, complex(target_mean - z * source_mean)

@@ -2,35 +2,21 @@
 
 A search over the capped score itself, not least squares: many placements from few points, scored with shared
 parts, the best of them polished by alternating exact matching and truncated-L1 fitting. Its effort is bounded by
-counts, never by time.
+counts, never by time, and it works in an order of its own, so that the order of its inputs does not matter.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
-from fidmap.geometry import apply
-from fidmap.model import (
-    Arena,
-    ArenaFileError,
-    Assignment,
-    BarrelPart,
-    FloatArray,
-    Settings,
-    StartPose,
-    Transform,
-)
+from fidmap.model import Arena, ArenaFileError, Assignment, BarrelPart, Settings, StartPose, Transform
+from fidmap.register.displaced import displaced_submaps
 from fidmap.register.findings import name_findings
-from fidmap.register.hypotheses import placements, promising, within
-from fidmap.register.polish import Placement, climb, place, settle_steps
+from fidmap.register.polish import Placement
 from fidmap.register.problem import Problem, make_problem
+from fidmap.register.search import displacement, local_maxima
 
 __all__ = ["register"]
-
-POLISHED = 60
-KEPT = 12
 
 
 def register(
@@ -46,66 +32,45 @@ def register(
     """
     if not arena.has_positions:
         return _fixed_only(parts, arena)
-    best, others = best_placement(make_problem(parts, arena, settings), start)
-    if best is None:
-        return Assignment((None,) * len(arena.parts), (False,) * len(arena.parts), None, 0.0)
-    chosen = best
-    if arena.frame == "map":
-        chosen = _nearest(best, others, parts)
-    barrel_of, fixed = _as_tuples(chosen, parts, len(arena.parts))
-    findings = name_findings(chosen, best, parts, arena, settings)
-    return Assignment(barrel_of, fixed, chosen.transform, chosen.value, findings)
+    by_place = sorted(range(len(parts)), key=lambda j: _place_of(parts[j]))
+    by_id = sorted(range(len(arena.parts)), key=lambda i: arena.parts[i].id)
+    ordered = replace(arena, parts=tuple(arena.parts[i] for i in by_id))
+    found = _register(tuple(parts[j] for j in by_place), ordered, settings, start)
+    barrel_of: list[int | None] = [None] * len(by_id)
+    for i, j in zip(by_id, found.barrel_of, strict=True):
+        barrel_of[i] = None if j is None else by_place[j]
+    fixed = tuple(j is not None and parts[j].fixed_id is not None for j in barrel_of)
+    return replace(found, barrel_of=tuple(barrel_of), fixed=fixed)
 
 
-def best_placement(problem: Problem, start: StartPose | None) -> tuple[Placement | None, list[Placement]]:
-    """The best placement found and all distinct local maxima, best first."""
-    maxima = _maxima(problem, start)
-    if problem.settings.mirror:
-        flipped = replace(problem, barrels=problem.barrels * [1, -1], barrel_facings=-problem.barrel_facings)
-        maxima += [place(problem, replace(m.transform, mirrored=True)) for m in _maxima(flipped, start)]
-    maxima = sorted(maxima, key=lambda m: m.key, reverse=True)
-    maxima = [m for m in maxima if len(m.pairs)]
-    return (maxima[0] if maxima else None), maxima
+def _register(
+    parts: tuple[BarrelPart, ...], arena: Arena, settings: Settings, start: StartPose | None
+) -> Assignment:
+    """Register parts that stand in order; an arena with positions."""
+    count = len(arena.parts)
+    problem = make_problem(parts, arena, settings)
+    maxima = local_maxima(problem, start)
+    if not maxima:
+        return Assignment((None,) * count, (False,) * count, None, 0.0)
+    chosen = _nearest(problem, maxima) if arena.frame == "map" else maxima[0]
+    barrel_of: list[int | None] = [None] * count
+    for i, j in chosen.pairs:
+        barrel_of[int(i)] = int(j)
+    findings = name_findings(chosen, maxima[0], parts, arena, settings)
+    findings += displaced_submaps(problem, chosen, [part.id for part in arena.parts])
+    return Assignment(tuple(barrel_of), (False,) * count, chosen.transform, chosen.value, findings)
 
 
-def _maxima(problem: Problem, start: StartPose | None) -> list[Placement]:
-    """Distinct local maxima from the most promising placements, unordered."""
-    hypotheses = placements(problem, start)
-    hypotheses = hypotheses[within(hypotheses, start)]
-    rough = _distinct(problem, promising(problem, hypotheses)[:2000], 0.25, POLISHED)
-    climbed = [climb(problem, t, start, rounds=4, steps=15) for t in rough]
-    climbed = sorted(climbed, key=lambda m: m.key, reverse=True)[:KEPT]
-    settled = [climb(problem, m.transform, start, rounds=20, steps=120) for m in climbed]
-    if problem.settings.rounding != "none":
-        settled = [settle_steps(problem, m, start) for m in settled]
-    return settled
+def _place_of(part: BarrelPart) -> tuple[float | str, ...]:
+    """What sorts barrel parts whatever order they come in; equal ones can stand for each other."""
+    facing = 10.0 if part.facing is None else part.facing
+    return (part.x_m, part.y_m, facing, part.drawn, part.confidence, part.fixed_id or "")
 
 
-def _distinct(problem: Problem, hypotheses: FloatArray, apart_m: float, most: int) -> list[Transform]:
-    """The first `most` hypotheses that put the barrel parts at least `apart_m` (rms) from one another."""
-    barrels = problem.barrels @ [1, 1j]
-    moved = (hypotheses[:, 3] * np.exp(1j * hypotheses[:, 0]))[:, None] * barrels[None]
-    moved = moved + (hypotheses[:, 1] + 1j * hypotheses[:, 2])[:, None]
-    left = np.ones(len(hypotheses), bool)
-    kept: list[Transform] = []
-    while left.any() and len(kept) < most:
-        k = int(left.argmax())
-        rotation, tx, ty, scale = (float(v) for v in hypotheses[k])
-        kept.append(Transform(rotation, tx, ty, scale))
-        left &= np.sqrt(np.mean(np.abs(moved - moved[k]) ** 2, axis=1)) >= apart_m
-        left[k] = False
-    return kept
-
-
-def _nearest(best: Placement, maxima: list[Placement], parts: tuple[BarrelPart, ...]) -> Placement:
+def _nearest(problem: Problem, maxima: list[Placement]) -> Placement:
     """Of the local maxima within 1 % of the best, the one that moves its barrel parts least from the identity."""
-    points = np.array([(p.x_m, p.y_m) for p in parts])
-
-    def moved(placement: Placement) -> float:
-        own = points[placement.pairs[:, 1]]
-        return float(np.sqrt(np.mean(np.sum((apply(placement.transform, own) - own) ** 2, axis=1))))
-
-    return min((m for m in maxima if m.value >= 0.99 * best.value), key=moved)
+    good = [m for m in maxima if m.value >= 0.99 * maxima[0].value]
+    return min(good, key=lambda m: displacement(problem, m, Transform()))
 
 
 def _fixed_only(parts: tuple[BarrelPart, ...], arena: Arena) -> Assignment:
@@ -118,13 +83,3 @@ def _fixed_only(parts: tuple[BarrelPart, ...], arena: Arena) -> Assignment:
         )
     barrel_of = tuple(by_id.get(part.id) for part in arena.parts)
     return Assignment(barrel_of, tuple(j is not None for j in barrel_of), None, 0.0)
-
-
-def _as_tuples(
-    placement: Placement, parts: tuple[BarrelPart, ...], count: int
-) -> tuple[tuple[int | None, ...], tuple[bool, ...]]:
-    """Per fiducial part its barrel part, and whether a human said so."""
-    barrel_of: list[int | None] = [None] * count
-    for i, j in placement.pairs:
-        barrel_of[int(i)] = int(j)
-    return tuple(barrel_of), tuple(j is not None and parts[j].fixed_id is not None for j in barrel_of)

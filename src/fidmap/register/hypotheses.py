@@ -3,20 +3,44 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
 from fidmap.geometry import angle_between
-from fidmap.model import FloatArray, StartPose
+from fidmap.model import FloatArray, StartPose, Transform
 from fidmap.register.problem import Problem
 
 # bounds of the work, counted and not timed, so that the same input gives the same answer anywhere
 MOST_HYPOTHESES = 20_000
 DISTANCES = 2_000_000
+FIELD_CELLS = 1_000_000
+FIELD_SIDE = 20_000
 SECTORS = 12
 HEADINGS = 24
+
+
+@dataclass(frozen=True, eq=False)
+class _Pairs:
+    """P candidate pairs: indices of fiducial and barrel part (P,), their facings (P,), NaN where not tested."""
+
+    rows: npt.NDArray[np.intp]
+    columns: npt.NDArray[np.intp]
+    fiducial_facings: FloatArray
+    barrel_facings: FloatArray
+
+
+def _facings(
+    problem: Problem, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp]
+) -> tuple[FloatArray, FloatArray]:
+    """Facings of candidate pairs; those that a human fixed (the last ones) count whatever their facing."""
+    by_program = np.arange(len(rows)) < len(rows) - len(problem.fixed)
+    return (
+        np.where(by_program, problem.fiducial_facings[rows], math.nan),
+        np.where(by_program, problem.barrel_facings[columns], math.nan),
+    )
 
 
 def placements(problem: Problem, start: StartPose | None) -> FloatArray:
@@ -28,7 +52,8 @@ def placements(problem: Problem, start: StartPose | None) -> FloatArray:
     )
     if len(rows) == 0:
         return np.empty((0, 4))
-    found = [_from_one_point(problem, rows, columns), _from_two_points(problem, rows, columns)]
+    pairs = _Pairs(rows, columns, *_facings(problem, rows, columns))
+    found = [_from_one_point(problem, pairs), _from_two_points(problem, pairs)]
     found.append(np.array([[0.0, 0.0, 0.0, np.clip(1.0, *problem.scale_range)]]))
     if start is not None:
         found.append(_from_start_pose(start))
@@ -42,6 +67,25 @@ def within(hypotheses: FloatArray, start: StartPose | None) -> npt.NDArray[np.bo
     away = np.hypot(hypotheses[:, 1] - start.pose.x_m, hypotheses[:, 2] - start.pose.y_m)
     turned = angle_between(hypotheses[:, 0], start.pose.yaw)
     return np.asarray((away <= 3 * start.sigma_m) & (turned <= 3 * start.sigma_yaw))
+
+
+def nearest_within(transform: Transform, start: StartPose) -> Transform:
+    """The transform, moved into three sigma of the start pose where it lies outside."""
+    turn = math.remainder(transform.rotation - start.pose.yaw, 2 * math.pi)
+    dx, dy = transform.tx_m - start.pose.x_m, transform.ty_m - start.pose.y_m
+    turn_by = _share(3 * start.sigma_yaw, abs(turn))
+    go = _share(3 * start.sigma_m, math.hypot(dx, dy))
+    return replace(
+        transform,
+        rotation=start.pose.yaw + turn_by * turn,
+        tx_m=start.pose.x_m + go * dx,
+        ty_m=start.pose.y_m + go * dy,
+    )
+
+
+def _share(most: float, wanted: float) -> float:
+    """What share of `wanted` stays within `most`, a hair inside."""
+    return 1.0 if wanted <= most else most / wanted * (1 - 1e-12)
 
 
 def promising(problem: Problem, hypotheses: FloatArray) -> FloatArray:
@@ -62,22 +106,25 @@ def field_scores(problem: Problem, hypotheses: FloatArray) -> FloatArray:
     total = np.zeros(len(hypotheses))
     turn = hypotheses[:, 3] * np.exp(1j * hypotheses[:, 0])
     usable = np.union1d(np.flatnonzero(problem.allowed.any(axis=0)), problem.fixed[:, 1])
+    facings = problem.barrel_facings.copy()
+    facings[problem.fixed[:, 1]] = math.nan
     for j in usable:
         x, y = problem.barrels[j]
         moved = turn * (x + 1j * y) + (hypotheses[:, 1] + 1j * hypotheses[:, 2])
-        distance = field.look(moved, hypotheses[:, 0] + problem.barrel_facings[j])
+        distance = field.look(moved, hypotheses[:, 0] + facings[j])
         total += np.maximum(0.0, 1 - distance / problem.d_max)
     return total
 
 
 class _DistanceField:
-    """Clipped distance to the nearest fiducial part, for each of twelve facings; cells of a twelfth of D."""
+    """Clipped distance to the nearest fiducial part, for each of twelve facings; cells of a twelfth of D or coarser."""
 
     def __init__(self, problem: Problem) -> None:
-        self.cell = problem.d_max / 12
-        margin = problem.d_max + 2 * self.cell
+        margin = 1.5 * problem.d_max
         self.low = problem.fiducials.min(axis=0) - margin
-        height, width = np.ceil((problem.fiducials.max(axis=0) + margin - self.low) / self.cell).astype(int)[::-1] + 1
+        side = problem.fiducials.max(axis=0) + margin - self.low
+        self.cell = max(problem.d_max / 12, math.sqrt(side.prod() / FIELD_CELLS), side.max() / FIELD_SIDE)
+        height, width = np.ceil(side / self.cell).astype(int)[::-1] + 1
         at = ((problem.fiducials - self.low) / self.cell).astype(int)
         faced = np.isfinite(problem.fiducial_facings)
         self.sectors = SECTORS if faced.any() and np.isfinite(problem.barrel_facings).any() else 1
@@ -110,8 +157,7 @@ def _two_sided_scores(problem: Problem, hypotheses: FloatArray) -> FloatArray:
     distance = np.abs(moved[:, None, :] - (problem.fiducials @ [1, 1j])[None, :, None])
     worth = np.where(problem.allowed[None], np.maximum(0.0, 1 - distance / problem.d_max), 0.0)
     turned = hypotheses[:, 0, None] + problem.barrel_facings[None]
-    apart = angle_between(problem.fiducial_facings[None, :, None], turned[:, None, :])
-    worth[apart >= problem.settings.facing_tolerance] = 0.0
+    worth[problem.facings_clash(problem.fiducial_facings[None, :, None], turned[:, None, :])] = 0.0
     fixed = np.maximum(0.0, 1 - distance[:, problem.fixed[:, 0], problem.fixed[:, 1]] / problem.d_max).sum(axis=1)
     return np.asarray(
         fixed + np.minimum(worth.max(axis=1, initial=0).sum(axis=1), worth.max(axis=2, initial=0).sum(axis=1))
@@ -124,43 +170,39 @@ def _place(rotation: FloatArray, source: FloatArray, target: FloatArray, scale: 
     return np.stack([rotation, shift.real, shift.imag, scale], axis=1)
 
 
-def _from_one_point(problem: Problem, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp]) -> FloatArray:
+def _from_one_point(problem: Problem, pairs: _Pairs) -> FloatArray:
     """One pair fixes the translation; its facings fix the rotation, or a fan of headings does."""
-    turn = problem.fiducial_facings[rows] - problem.barrel_facings[columns]
+    turn = pairs.fiducial_facings - pairs.barrel_facings
     headings = np.arange(HEADINGS) * (2 * math.pi / HEADINGS)
     known = np.isfinite(turn)
     rotation = np.concatenate([turn[known], np.tile(headings, int((~known).sum()))])
     again = np.concatenate([np.flatnonzero(known), np.repeat(np.flatnonzero(~known), HEADINGS)])
-    source, target = (problem.barrels @ [1, 1j])[columns[again]], (problem.fiducials @ [1, 1j])[rows[again]]
+    source, target = problem.barrels[pairs.columns[again]] @ [1, 1j], problem.fiducials[pairs.rows[again]] @ [1, 1j]
     chosen = _thin(len(again))
     scale = np.full(len(chosen), np.clip(1.0, *problem.scale_range))
     return _place(rotation[chosen], source[chosen], target[chosen], scale)
 
 
-def _from_two_points(problem: Problem, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp]) -> FloatArray:
+def _from_two_points(problem: Problem, pairs: _Pairs) -> FloatArray:
     """Two pairs whose lengths agree fix everything; their middle is carried onto each other."""
-    barrel, fiducial = problem.barrels @ [1, 1j], problem.fiducials @ [1, 1j]
-    first, second = _pairs_of_pairs(len(rows))
-    ij, kl = (rows[first], columns[first]), (rows[second], columns[second])
-    usable = (ij[0] != kl[0]) & (ij[1] != kl[1])
-    ij, kl = (ij[0][usable], ij[1][usable]), (kl[0][usable], kl[1][usable])
-    target, source = fiducial[kl[0]] - fiducial[ij[0]], barrel[kl[1]] - barrel[ij[1]]
+    barrel, fiducial = problem.barrels[pairs.columns] @ [1, 1j], problem.fiducials[pairs.rows] @ [1, 1j]
+    a, b = _pairs_of_pairs(len(pairs.rows))
+    usable = (pairs.rows[a] != pairs.rows[b]) & (pairs.columns[a] != pairs.columns[b])
+    a, b = a[usable], b[usable]
+    target, source = fiducial[b] - fiducial[a], barrel[b] - barrel[a]
     low, high = problem.scale_range
     slack = 0.75 * problem.d_max
     fits = (np.abs(target) <= high * np.abs(source) + slack) & (np.abs(target) >= low * np.abs(source) - slack)
     # neighbours (the two halves on one wall) tell nothing about the rotation
     fits &= (np.abs(source) > 0.5 * problem.d_max) & (np.abs(target) > 0.5 * problem.d_max)
     rotation = np.angle(target * np.conj(source))
-    for i, j in (ij, kl):
-        fits &= ~(
-            angle_between(problem.fiducial_facings[i], rotation + problem.barrel_facings[j])
-            >= problem.settings.facing_tolerance
-        )
+    for one in (a, b):
+        fits &= ~problem.facings_clash(pairs.fiducial_facings[one], rotation + pairs.barrel_facings[one])
     best = np.flatnonzero(fits)
-    chosen = best[_thin(len(best))]
-    scale = np.clip(np.abs(target[chosen]) / np.abs(source[chosen]), low, high)
-    middle = [0.5 * (p[a[chosen]] + p[b[chosen]]) for p, a, b in ((barrel, ij[1], kl[1]), (fiducial, ij[0], kl[0]))]
-    return _place(rotation[chosen], middle[0], middle[1], scale)
+    best = best[_thin(len(best))]
+    scale = np.clip(np.abs(target[best]) / np.abs(source[best]), low, high)
+    middle = [0.5 * (points[a[best]] + points[b[best]]) for points in (barrel, fiducial)]
+    return _place(rotation[best], middle[0], middle[1], scale)
 
 
 def _pairs_of_pairs(count: int, most: int = 2_000_000) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,13 +10,17 @@ import numpy.typing as npt
 
 from fidmap.geometry import apply, weighted_similarity
 from fidmap.model import FloatArray, StartPose, Transform
-from fidmap.register.hypotheses import within
+from fidmap.register.hypotheses import nearest_within, within
 from fidmap.register.problem import Problem
+
+# seeded trials per maximum of a discretised value
+SETTLE_ROUNDS = 24
+SETTLE_TRIALS = 1500
 
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """A transform with its assignment and worth; ordered by `key`, the greatest first."""
+    """A transform with its assignment and worth; sorted by `order`."""
 
     transform: Transform
     value: float
@@ -24,15 +29,20 @@ class Placement:
     squares: float
 
     @property
-    def key(self) -> tuple[float, ...]:
-        """Greatest value, then continuous value, then least squares, then the smallest move."""
+    def order(self) -> tuple[object, ...]:
+        """What sorts placements, the best first, so that equal optima are told apart.
+
+        Greatest value, greatest continuous value, least squares, least rotation, least translation, then the first
+        assignment: fiducial parts stand in the order of their ids, barrel parts in that of their x and y.
+        """
         move = self.transform
         return (
-            round(self.value, 7),
-            round(self.closeness, 3),
-            -round(self.squares, 6),
-            -round(abs(np.angle(np.exp(1j * move.rotation))), 6),
-            -round(float(np.hypot(move.tx_m, move.ty_m)), 6),
+            -round(self.value, 7),
+            -round(self.closeness, 3),
+            round(self.squares, 6),
+            round(abs(math.remainder(move.rotation, 2 * math.pi)), 6),
+            round(math.hypot(move.tx_m, move.ty_m), 6),
+            sorted((int(i), int(j)) for i, j in self.pairs),
         )
 
 
@@ -50,9 +60,7 @@ def climb(problem: Problem, start: Transform, pose: StartPose | None, rounds: in
         if len(best.pairs) == 0:
             break
         moved = fit_pairs(problem, best.pairs, best.transform, steps)
-        if not within(np.array([[moved.rotation, moved.tx_m, moved.ty_m, moved.scale]]), pose)[0]:
-            break
-        trial = place(problem, moved)
+        trial = place(problem, moved if pose is None else nearest_within(moved, pose))
         if trial.closeness <= best.closeness + 1e-9:
             break
         best = trial
@@ -65,64 +73,86 @@ def fit_pairs(problem: Problem, pairs: npt.NDArray[np.intp], start: Transform, s
     Each step minimises a quadratic that touches the truncated sum from below, so the value never falls (but for
     the smoothing of d near 0). A millionth of the squares is added: it decides where the sum is flat.
     """
-    target, source = problem.fiducials[pairs[:, 0]], problem.barrels[pairs[:, 1]]
-    unflipped = replace(start, mirrored=False)
-    if start.mirrored:
-        source = source * [1, -1]
-    best, best_value, softness = unflipped, -1.0, 0.05 * problem.d_max
-    current = unflipped
+    target = problem.fiducials[pairs[:, 0]] @ [1, 1j]
+    source = problem.barrels[pairs[:, 1]] @ [1, -1j if start.mirrored else 1j]
+    z, t = start.scale * np.exp(1j * start.rotation), complex(start.tx_m, start.ty_m)
+    best, best_value, softness = (z, t), -1.0, 0.05 * problem.d_max
     for _ in range(steps):
-        distance = np.linalg.norm(apply(current, source) - target, axis=1)
-        value = float(np.maximum(0, 1 - distance / problem.d_max).sum() - 1e-6 * (distance**2).sum())
-        if value > best_value:
-            best, best_value = current, value
+        distance = np.abs(z * source + t - target)
         near = distance < problem.d_max
-        if not near.any() or (softness < 1e-6 and value < best_value + 1e-12 and current is not best):
+        value = float((1 - distance[near] / problem.d_max).sum() - 1e-6 * (distance @ distance))
+        settled = softness < 1e-6 and value < best_value + 1e-12
+        if value > best_value:
+            best, best_value = (z, t), value
+        if settled or not near.any():
             break
-        weight = np.where(near, 1 / np.sqrt(distance**2 + softness**2), 0.0) + 1e-6
-        current = weighted_similarity(source, target, weight, problem.scale_range)
+        weight = near / np.sqrt(distance * distance + softness * softness) + 1e-6
+        z, t = weighted_similarity(source, target, weight, problem.scale_range)
         softness = max(softness * 0.7, 1e-7)
-    return replace(best, mirrored=start.mirrored)
+    z, t = best
+    return Transform(float(np.angle(z)), t.real, t.imag, float(np.clip(abs(z), *problem.scale_range)), start.mirrored)
 
 
-def settle_steps(problem: Problem, start: Placement, pose: StartPose | None, rounds: int = 10) -> Placement:
+def settle_squares(problem: Problem, start: Placement, pose: StartPose | None) -> Placement:
+    """Where the sum is flat, go towards the least squares as far as nothing is lost."""
+    target = problem.fiducials[start.pairs[:, 0]] @ [1, 1j]
+    source = problem.barrels[start.pairs[:, 1]] @ [1, -1j if start.transform.mirrored else 1j]
+    here = start.transform
+    z, t = weighted_similarity(source, target, np.ones(len(target)), problem.scale_range)
+    turn = math.remainder(float(np.angle(z)) - here.rotation, 2 * math.pi)
+    for share in (1.0, 0.5, 0.25, 0.125):
+        moved = replace(
+            here,
+            rotation=here.rotation + share * turn,
+            tx_m=here.tx_m + share * (t.real - here.tx_m),
+            ty_m=here.ty_m + share * (t.imag - here.ty_m),
+            scale=here.scale + share * (abs(z) - here.scale),
+        )
+        trial = place(problem, moved if pose is None else nearest_within(moved, pose))
+        if min(trial.value - start.value, trial.closeness - start.closeness) > -1e-9 and trial.squares < start.squares:
+            return trial
+    return start
+
+
+def settle_steps(problem: Problem, start: Placement, pose: StartPose | None) -> Placement:
     """Raise a discretised value by seeded perturbations: it is flat between jumps, so gradients tell nothing."""
     random = np.random.default_rng(0)
-    arm = float(np.sqrt(np.mean(np.sum((problem.barrels - problem.barrels.mean(axis=0)) ** 2, axis=1)))) or 1.0
-    best, reach = start, problem.radius_m
-    for _ in range(rounds):
-        moves = random.normal(size=(200, 4)) * reach * [1 / arm, 1, 1, 1 / arm]
-        trials = _perturb(best.transform, moves, problem.barrels.mean(axis=0), problem.scale_range)
-        trials = [t for t in trials if within(np.array([[t.rotation, t.tx_m, t.ty_m, t.scale]]), pose)[0]]
-        worth = _fixed_pair_values(problem, best.pairs, trials)
-        for k in np.argsort(-worth, kind="stable")[:8]:
-            trial = place(problem, trials[k])
-            if (trial.value, trial.closeness) > (best.value + 1e-9, -1.0) or (
-                abs(trial.value - best.value) <= 1e-9 and trial.closeness > best.closeness
-            ):
+    centre = problem.barrels.mean(axis=0)
+    arm = float(np.sqrt(np.mean(np.sum((problem.barrels - centre) ** 2, axis=1)))) or 1.0
+    best = start
+    for k in range(SETTLE_ROUNDS):
+        if best.value > len(best.pairs) - 1e-9 or (k == SETTLE_ROUNDS // 2 and best is start):
+            break
+        reach = problem.radius_m * 0.85 ** (k % 12)
+        moves = random.normal(size=(SETTLE_TRIALS, 4)) * reach * [1 / arm, 1, 1, 1 / arm]
+        trials = _perturbed(best.transform, moves, centre, problem.scale_range)
+        trials = trials[within(trials, pose)]
+        worth = _fixed_pair_values(problem, best, trials)
+        for one in np.argsort(-worth, kind="stable")[:6]:
+            rotation, tx, ty, scale = (float(v) for v in trials[one])
+            trial = place(problem, Transform(rotation, tx, ty, scale, best.transform.mirrored))
+            if (round(trial.value, 7), trial.closeness) > (round(best.value, 7), best.closeness):
                 best = trial
-        reach *= 0.75
     return best
 
 
-def _perturb(
+def _perturbed(
     transform: Transform, moves: FloatArray, centre: FloatArray, scale_range: tuple[float, float]
-) -> list[Transform]:
-    """Turn, shift and scale about the middle of the barrel parts, so that a turn moves them least."""
-    pivot = apply(transform, centre[None])[0]
-    trials = []
-    for turn, dx, dy, grow in moves:
-        scale = float(np.clip(transform.scale * (1 + grow), *scale_range))
-        rough = replace(transform, rotation=transform.rotation + turn, tx_m=0.0, ty_m=0.0, scale=scale)
-        shift = pivot + np.array([dx, dy]) - apply(rough, centre[None])[0]
-        trials.append(replace(rough, tx_m=float(shift[0]), ty_m=float(shift[1])))
-    return trials
+) -> FloatArray:
+    """Placements (T, 4) turned, shifted and scaled by moves (T, 4) about the barrel parts' middle, which a turn spares."""
+    rotation = transform.rotation + moves[:, 0]
+    scale = np.clip(transform.scale * (1 + moves[:, 3]), *scale_range)
+    middle = centre @ [1, -1j if transform.mirrored else 1j]
+    pivot = apply(transform, centre[None])[0] @ [1, 1j]
+    shift = pivot + moves[:, 1:3] @ [1, 1j] - scale * np.exp(1j * rotation) * middle
+    return np.stack([rotation, shift.real, shift.imag, scale], axis=1)
 
 
-def _fixed_pair_values(problem: Problem, pairs: npt.NDArray[np.intp], trials: list[Transform]) -> FloatArray:
-    """(T,) discretised value of the present pairs under each trial, with the continuous one as tie-break."""
-    target, source = problem.fiducials[pairs[:, 0]], problem.barrels[pairs[:, 1]]
-    moved = np.array([apply(trial, source) for trial in trials])
-    distance = np.linalg.norm(moved - target[None], axis=2)
+def _fixed_pair_values(problem: Problem, best: Placement, trials: FloatArray) -> FloatArray:
+    """(T,) discretised value of the present pairs under placements (T, 4), with the continuous one as tie-break."""
+    target = problem.fiducials[best.pairs[:, 0]] @ [1, 1j]
+    source = problem.barrels[best.pairs[:, 1]] @ [1, -1j if best.transform.mirrored else 1j]
+    moved = (trials[:, 3] * np.exp(1j * trials[:, 0]))[:, None] * source[None]
+    distance = np.abs(moved + (trials[:, 1] + 1j * trials[:, 2])[:, None] - target[None])
     value = (1 - problem.loss(distance)).sum(axis=1)
     return np.asarray(value + 1e-3 * np.maximum(0, 1 - distance / problem.d_max).sum(axis=1))

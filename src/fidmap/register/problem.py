@@ -16,6 +16,8 @@ from fidmap.scoring import clipped_loss
 
 # arcs are drawn in cells: the least opening is compared with a tenth of a degree to spare
 OPENING_SLACK = math.radians(0.1)
+# facings exactly at the tolerance clash, however their difference was rounded
+FACING_SLACK = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +60,11 @@ class Problem:
     def facings_agree(self, transform: Transform) -> npt.NDArray[np.bool_]:
         """(N, M) whether facings agree after the transform's rotation; true where one has none."""
         turned = turn_directions(transform, self.barrel_facings)
-        apart = angle_between(self.fiducial_facings[:, None], turned[None])
-        return np.asarray(~(apart >= self.settings.facing_tolerance))
+        return ~self.facings_clash(self.fiducial_facings[:, None], turned[None])
+
+    def facings_clash(self, fiducial: FloatArray, barrel: FloatArray) -> npt.NDArray[np.bool_]:
+        """Whether directions are the tolerance or more apart, the limit itself refused; false for NaN."""
+        return np.asarray(angle_between(fiducial, barrel) >= self.settings.facing_tolerance - FACING_SLACK)
 
     def match(self, transform: Transform) -> tuple[float, float, npt.NDArray[np.intp]]:
         """The best assignment under a transform.

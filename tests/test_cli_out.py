@@ -82,6 +82,16 @@ def test_the_index_keeps_the_evening(here: Path) -> None:
     assert "Ranking of 1 map<" in (here / "out/index.html").read_text()
 
 
+def test_a_map_keeps_its_folder(here: Path) -> None:
+    """One of many that is scored again by itself would be `map` by its shortest tail, a second report of one map."""
+    maps = [team(here, "teamA", "good"), team(here, "teamB", "noisy")]
+    fidmap("score", *maps, *ONE, "--out", "out")
+    fidmap("score", f"./{maps[1]}", *ONE, "--out", "out", "--profile", "ssrr2011")
+
+    assert names(here / "out") == ["index.html", "teamA_map", "teamB_map"]
+    assert json.loads((here / "out/teamB_map/report.json").read_text())["profile"] == "ssrr2011"
+
+
 def test_a_bad_map_stops_neither_the_rest_nor_the_index(here: Path) -> None:
     result = fidmap("score", "missing.yaml", "good.yaml", *ONE, "--out", "out")
 

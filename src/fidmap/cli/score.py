@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -57,21 +58,24 @@ def score(
     start, pose = options.parse_start_pose(start_pose), options.parse_origin(origin)
 
     from fidmap.report.files import check_output
+    from fidmap.report.read import reports_in
     from fidmap.study.jobs import Overrides, ScoreJob
 
     truth, settings = _read_arena(arena, profile, points)
     limits = parse_gates(gates, truth)
+    output = None
     if out is not None:
         check_output(out)
+        output = Output(out, reports_in(out))
     overrides = Overrides(resolution, pose, free_thresh, occupied_thresh)
     kept: Sequence[str | None] = distinct(paths, resolution is not None) or [None]
     jobs = [ScoreJob(path, truth, settings, overrides, points, start, draw=out is not None) for path in kept]
-    rows = _run(jobs, out, json, workers)
+    rows = _run(jobs, output, json, workers)
     if not json:
         _print_table(rows)
-    if out is not None:
-        _write_index(out, rows)
-    raise typer.Exit(_exit_code(rows, limits, out))
+    if output is not None and any(row.folder for row in rows):
+        _write_index(output, rows)
+    raise typer.Exit(_exit_code(rows, limits, output))
 
 
 def _read_arena(arena: str, profile: str, points: str | None) -> tuple[Arena, Settings]:
@@ -90,7 +94,37 @@ def _read_arena(arena: str, profile: str, points: str | None) -> tuple[Arena, Se
     return truth, settings
 
 
-def _run(jobs: Sequence[ScoreJob], out: Path | None, json: bool, workers: int) -> list[Row]:
+@dataclass(frozen=True)
+class Output:
+    """Where reports go, and those that were there before."""
+
+    directory: Path
+    earlier: Sequence[Row]
+
+    def write(self, job: ScoreJob, name: str, outcome: Outcome) -> str | None:
+        """The name of the folder that holds the report; None where there is none, which is told.
+
+        A map keeps the folder that it has: scored alone it would be `map`, among others it is `teamA_map`.
+        """
+        from fidmap.model import OutputError
+        from fidmap.report.files import write_report
+        from fidmap.report.read import identity
+
+        if outcome.content is None:
+            return None
+        same = (row.folder for row in self.earlier if identity(row.document) == identity(outcome.document))
+        points = None if job.points is None else Path(job.points)
+        try:
+            written = write_report(self.directory, next(same, None) or name, outcome.content, points)
+        except OutputError as error:
+            complain(str(error))
+            return None
+        for note in written.notes:
+            complain(f"{note.level}: {note.text}")
+        return written.folder.name
+
+
+def _run(jobs: Sequence[ScoreJob], out: Output | None, json: bool, workers: int) -> list[Row]:
     """Score, write and print one map after the other, in the order given."""
     from fidmap.report.names import report_names
     from fidmap.study import jobs as work
@@ -107,34 +141,17 @@ def _run(jobs: Sequence[ScoreJob], out: Path | None, json: bool, workers: int) -
     return rows
 
 
-def _finish(job: ScoreJob, name: str, outcome: Outcome, out: Path | None, json: bool) -> Row:
+def _finish(job: ScoreJob, name: str, outcome: Outcome, out: Output | None, json: bool) -> Row:
     """Write the folder of one outcome and print its line; tell faults."""
     from fidmap.report.json_line import json_line
     from fidmap.report.rows import Row
 
-    folder = None if out is None else _write(job, name, outcome, out)
+    folder = None if out is None else out.write(job, name, outcome)
     if json:
         typer.echo(json_line(outcome.document))
     if "error" in outcome.document:
         complain(outcome.document["error"]["text"])
     return Row(outcome.document, folder=folder)
-
-
-def _write(job: ScoreJob, name: str, outcome: Outcome, out: Path) -> str | None:
-    """The name of the folder that holds the report; None where there is none, which is told."""
-    from fidmap.model import OutputError
-    from fidmap.report.files import write_report
-
-    if outcome.content is None:
-        return None
-    try:
-        written = write_report(out, name, outcome.content, None if job.points is None else Path(job.points))
-    except OutputError as error:
-        complain(str(error))
-        return None
-    for note in written.notes:
-        complain(f"{note.level}: {note.text}")
-    return written.folder.name
 
 
 def _print_table(rows: Sequence[Row]) -> None:
@@ -148,19 +165,18 @@ def _print_table(rows: Sequence[Row]) -> None:
         print_scores(Console(), scored(ranked(rows)))
 
 
-def _write_index(out: Path, rows: Sequence[Row]) -> None:
-    """index.html of these maps and of earlier ones scored alike, and where it is; nothing without any report."""
+def _write_index(out: Output, rows: Sequence[Row]) -> None:
+    """index.html of these maps and of earlier ones that were scored alike, and where it is."""
     from fidmap.report.files import write_index
     from fidmap.report.page import index_page
-    from fidmap.report.read import earlier_rows
+    from fidmap.report.read import comparable
     from fidmap.report.rows import ranked
 
-    if any(row.folder for row in rows):
-        index = write_index(out, index_page(ranked([*rows, *earlier_rows(out, rows)])))
-        complain(f"reports are in {index}")
+    page = index_page(ranked([*rows, *comparable(out.earlier, rows)]))
+    complain(f"reports are in {write_index(out.directory, page)}")
 
 
-def _exit_code(rows: Sequence[Row], limits: dict[str, float], out: Path | None) -> int:
+def _exit_code(rows: Sequence[Row], limits: dict[str, float], out: Output | None) -> int:
     """1 when a map could not be used or its report not be written, else 3 when a gate failed, else 0."""
     from fidmap.report.rows import scored
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -33,31 +35,40 @@ def read_report(path: Path) -> Document:
     return document
 
 
-def earlier_rows(directory: Path, rows: Sequence[Row]) -> list[Row]:
-    """Reports that lie beside those of `rows` and can be compared: of the same arena, with the same settings.
-
-    A map that was scored again is not told twice; what is no report is passed over, since it is not ours to judge.
-    """
-    names, folders = {row.document["map"] for row in rows}, {row.folder for row in rows}
-    alike = [_yardstick(row.document) for row in scored(rows)]
+def reports_in(directory: Path) -> list[Row]:
+    """The reports that lie in the folders of a directory; what is none is passed over, since it is not ours."""
     found = []
     for file in sorted(directory.glob(f"*/{REPORT}")):
-        if file.parent.name in folders:
-            continue
-        try:
-            document = read_report(file)
-        except ReportFileError:
-            continue
-        if document["map"] not in names and _yardstick(document) in alike[:1]:
-            found.append(Row(document, folder=file.parent.name))
+        with suppress(ReportFileError):
+            found.append(Row(read_report(file), folder=file.parent.name))
     return found
 
 
+def identity(document: Document) -> tuple[str, Any]:
+    """What makes two reports those of one map: its path and the hash of its content."""
+    return os.path.normpath(document["map"]), _provenance(document).get("map_sha256")
+
+
+def comparable(earlier: Sequence[Row], rows: Sequence[Row]) -> list[Row]:
+    """Those of earlier reports that rank beside `rows`: other maps, the same arena, the same settings."""
+    names, folders = {row.document["map"] for row in rows}, {row.folder for row in rows}
+    alike = [_yardstick(row.document) for row in scored(rows)]
+    return [
+        row
+        for row in earlier
+        if row.folder not in folders and row.document["map"] not in names and _yardstick(row.document) in alike[:1]
+    ]
+
+
 def _yardstick(document: Document) -> tuple[Any, Any]:
-    """What two reports must share to be comparable; None where a report does not say."""
-    provenance = document.get("provenance")
-    provenance = provenance if isinstance(provenance, dict) else {}
+    provenance = _provenance(document)
     return provenance.get("arena_sha256"), provenance.get("settings")
+
+
+def _provenance(document: Document) -> Document:
+    """Where a report came from; nothing where it does not say."""
+    found = document.get("provenance")
+    return found if isinstance(found, dict) else {}
 
 
 def _load(file: Path) -> Any:

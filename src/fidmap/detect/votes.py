@@ -80,9 +80,8 @@ def _peaks(votes: Votes, radius: float, min_votes: float) -> FloatArray:
     highest = cv2.dilate(smooth, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
     # a half ring has about pi * radius boundary cells; a blurred pile of n votes peaks at n / (2 pi sigma^2)
     enough = 256 * min_votes * np.pi * radius / (2 * np.pi * (sigma**2 + (0.12 * radius) ** 2))
-    peak = cv2.compare(smooth, highest, cv2.CMP_EQ)
-    peak &= cv2.threshold(smooth, enough, 255, cv2.THRESH_BINARY)[1].astype(np.uint8)
-    found = cv2.findNonZero(peak)
+    strong = cv2.threshold(smooth, enough, 255, cv2.THRESH_BINARY)[1].astype(np.uint8)
+    found = cv2.findNonZero(cv2.bitwise_and(cv2.compare(smooth, highest, cv2.CMP_EQ), strong))
     if found is None:
         return np.empty((0, 2))
     cells = found.reshape(-1, 2)[:, ::-1]

@@ -66,6 +66,7 @@ def evening(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             shutil.copyfile(file, folder / file.name)
     monkeypatch.chdir(folder)
     monkeypatch.setattr("fidmap.study.jobs.evaluate", remembered)
+    monkeypatch.setattr("os.cpu_count", lambda: 1)  # a pool only where a test asks for one
     return folder
 
 

@@ -17,7 +17,7 @@ from scipy.optimize import minimize
 
 from benchmarks.slam_challenge import DrawnPart, read_drawn_parts, real_data_root
 from fidmap.detect.arcs import difference, hypotheses
-from fidmap.detect.features import features
+from fidmap.detect.features import COUNT, features
 from fidmap.detect.ring import RingSampler
 from fidmap.detect.votes import centre_candidates
 from fidmap.grid import cells_to_metres, trinarize
@@ -29,7 +29,7 @@ from fidmap.synth.truth import PartTruth
 
 TARGET = Path(__file__).resolve().parents[1] / "src" / "fidmap" / "detect" / "network.npz"
 SUITES: tuple[tuple[Tier, int], ...] = (
-    ("clean", 80), ("noisy", 80), ("broken", 60), ("large", 2), ("office", 110), ("field", 90),
+    ("clean", 160), ("noisy", 160), ("broken", 130), ("large", 4), ("office", 320), ("field", 120),
 )  # fmt: skip
 SEED = 1
 A2 = (
@@ -51,7 +51,7 @@ A2 = (
     "m69",
 )
 A2_COPIES = 3
-HIDDEN, RIDGE, STEPS = 24, 1e-4, 400
+HIDDEN, RIDGE, STEPS = 32, 1e-4, 500
 Table = tuple[FloatArray, FloatArray]
 
 
@@ -61,7 +61,7 @@ def table(grid: TrinaryGrid, radius_m: float, parts: Iterable[DrawnPart]) -> Tab
     arcs = hypotheses(sampler, centre_candidates(grid.labels, sampler.radius))
     places = cells_to_metres(arcs.centres, grid.resolution_m, grid.origin)
     true, open_ = label(places, arcs.facings + grid.origin.yaw, radius_m, parts)
-    x = features(sampler, arcs) if len(places) else np.empty((0, 80))
+    x = features(sampler, arcs) if len(places) else np.empty((0, COUNT))
     return x[~open_], true[~open_].astype(float)
 
 

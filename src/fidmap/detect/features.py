@@ -10,14 +10,14 @@ from fidmap.detect.ring import RingSampler
 from fidmap.model import FloatArray
 
 SECTORS = 12
-COUNT = 6 * SECTORS + 8
+COUNT = 7 * SECTORS + 14
 
 
 def features(sampler: RingSampler, arcs: Arcs) -> FloatArray:
     """(H, COUNT) numbers per hypothesis, the same for mirrored maps.
 
     Per sector of 15 degrees away from the facing (left and right averaged): close and loose support, wall,
-    occupied inside, free inside, free outside. Then the evenness of the support, harmonics of the edge (a box has
+    occupied inside, free inside, free outside, thickness; over the half the mean place of the edge. Then the evenness of the support, harmonics of the edge (a box has
     corners where an arc has shoulders) and the radius in cells.
     """
     ring = arcs.ring
@@ -27,11 +27,14 @@ def features(sampler: RingSampler, arcs: Arcs) -> FloatArray:
         support(ring, max(1.2, 0.1 * sampler.radius)),
         support(ring, max(2.0, 0.25 * sampler.radius)),
     )
-    channels = np.stack([tight, loose, ring.wall, ring.inner, ring.hollow, ring.outer])
+    channels = np.stack([tight, loose, ring.wall, ring.inner, ring.hollow, ring.outer, ring.thick])
     onehot = sector[..., None] == np.arange(SECTORS)
     means = np.einsum("chn,hns->hcs", channels, onehot) / np.maximum(onehot.sum(axis=1), 1)[:, None]
     half = np.abs(away) <= np.pi / 2
-    return np.concatenate([means.reshape(len(arcs.facings), -1), _shape(sampler, ring.edge, tight, half, away)], axis=1)
+    known = np.isfinite(ring.edge)[..., None] & onehot[..., : SECTORS // 2]
+    places = np.einsum("hn,hns->hs", np.nan_to_num(ring.edge), known) / np.maximum(known.sum(axis=1), 1)
+    shape = _shape(sampler, ring.edge, tight, half, away)
+    return np.concatenate([means.reshape(len(arcs.facings), -1), places, shape], axis=1)
 
 
 def _shape(

@@ -28,7 +28,8 @@ class Ring:
 
     edge: distance of the drawn outer edge (occupied inside, free outside) from where a ring of the radius has
     it, in cells, NaN where there is none near the ring. wall: an obstacle leaves the ring outwards.
-    inner: occupied share inside of the ring. hollow: free share inside. outer: free share just outside.
+    inner: occupied share inside of the ring. hollow: free share inside. outer: free share just outside. thick:
+    occupied share from the ring four cells inwards.
     """
 
     edge: FloatArray
@@ -36,10 +37,11 @@ class Ring:
     inner: FloatArray
     hollow: FloatArray
     outer: FloatArray
+    thick: FloatArray
 
     def take(self, index: npt.NDArray[np.intp]) -> Ring:
         """The rings of these centres."""
-        return Ring(self.edge[index], self.wall[index], self.inner[index], self.hollow[index], self.outer[index])
+        return Ring(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
 
 
 class RingSampler:
@@ -64,6 +66,7 @@ class RingSampler:
         radii = radius + np.concatenate([self.near, self.deep, self.far])
         self.reach = [(axis[:, None] * radii + self.pad).astype(np.float32) for axis in self.directions.T]
         count = len(self.near)
+        self.inward = int((self.near <= 0).sum())
         self.parts = slice(count), slice(count, count + len(self.deep)), slice(count + len(self.deep), None)
 
     def look(self, centres: FloatArray) -> Ring:
@@ -87,6 +90,7 @@ class RingSampler:
             share(occupied[..., deep]),
             share(free[..., deep]),
             share(free[..., far]),
+            share(occupied[..., : self.inward]),
         )
 
     def _edge(self, occupied: Mask, free: Mask) -> FloatArray:
@@ -104,7 +108,7 @@ class RingSampler:
 
 
 def share(mask: Mask) -> FloatArray:
-    """(M, A) mean of four samples; faster than numpy's mean over a short last axis."""
+    """(M, A) mean of a few samples; faster than numpy's mean over a short last axis."""
     total = mask[..., 0].astype(np.float64)
     for k in range(1, mask.shape[-1]):
         total += mask[..., k]

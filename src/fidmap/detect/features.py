@@ -16,9 +16,9 @@ COUNT = 7 * SECTORS + 14
 def features(sampler: RingSampler, arcs: Arcs) -> FloatArray:
     """(H, COUNT) numbers per hypothesis, the same for mirrored maps.
 
-    Per sector of 15 degrees away from the facing (left and right averaged): close and loose support, wall,
-    occupied inside, free inside, free outside, thickness; over the half the mean place of the edge. Then the evenness of the support, harmonics of the edge (a box has
-    corners where an arc has shoulders) and the radius in cells.
+    Per sector of 15 degrees away from the facing (left and right averaged): close and loose support, wall, occupied
+    inside, free inside, free outside, thickness; over the half the mean place of the edge. Then the evenness of the
+    support, harmonics of the edge (a box has corners where an arc has shoulders) and the radius in cells.
     """
     ring = arcs.ring
     away = difference(sampler.theta[None, :], arcs.facings[:, None])

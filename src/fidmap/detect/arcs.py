@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import maximum_filter1d
 
 from fidmap.detect.ring import Ring, RingSampler
 from fidmap.model import FloatArray
@@ -83,11 +82,16 @@ def facing_scores(sampler: RingSampler, ring: Ring, tolerance: float) -> FloatAr
     around = windows(sampler.theta, sampler.theta)
     middle = windows(sampler.theta, sampler.theta, np.radians(70))
     # a thin wall is widened to 12 degrees, so that its weight does not depend on the size of cells
-    walls = maximum_filter1d(np.clip(2 * ring.wall - 1, 0, 1), 2 * round(count / 60) + 1, axis=1, mode="wrap")
-    ends = maximum_filter1d(walls, 2 * round(count / 45) + 1, axis=1, mode="wrap")
+    walls = _widened(np.clip(2 * ring.wall - 1, 0, 1), round(count / 60))
+    ends = _widened(walls, round(count / 45))
     at_ends = np.roll(ends, count // 4, axis=1) + np.roll(ends, -(count // 4), axis=1)
     total = around.sum(axis=1)[0]
     return np.asarray((support(ring, tolerance) @ around.T - 3 * walls @ middle.T) / total + 0.1 * at_ends)
+
+
+def _widened(values: FloatArray, steps: int) -> FloatArray:
+    """(M, A) the greatest value within so many angles to both sides."""
+    return np.max([np.roll(values, k, axis=1) for k in range(-steps, steps + 1)], axis=0)
 
 
 def refine(sampler: RingSampler, centres: FloatArray, facings: FloatArray) -> Arcs:

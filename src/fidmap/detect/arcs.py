@@ -91,7 +91,7 @@ def facing_scores(sampler: RingSampler, ring: Ring, tolerance: float) -> FloatAr
 
 def _widened(values: FloatArray, steps: int) -> FloatArray:
     """(M, A) the greatest value within so many angles to both sides."""
-    return np.max([np.roll(values, k, axis=1) for k in range(-steps, steps + 1)], axis=0)
+    return np.asarray(np.max([np.roll(values, k, axis=1) for k in range(-steps, steps + 1)], axis=0))
 
 
 def refine(sampler: RingSampler, centres: FloatArray, facings: FloatArray) -> Arcs:

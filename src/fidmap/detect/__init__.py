@@ -57,9 +57,9 @@ def find_barrel_parts(grid: TrinaryGrid, radius_m: float) -> tuple[BarrelPart, .
     order = np.argsort(-sure, kind="stable")
     order = order[sure[order] >= LEAST_CONFIDENCE]
     arcs, sure = arcs.take(order), sure[order]
-    facings, reach = extents(sampler, arcs)
-    kept = suppress(arcs.centres, facings, reach, radius)
-    found = measure(grid.labels, arcs.centres[kept], facings[kept], reach[kept], radius, grid.resolution_m)
+    seen = extents(sampler, arcs)
+    kept = suppress(seen, radius)
+    found = measure(grid.labels, seen.centres[kept], seen.facings[kept], seen.reach[kept], radius, grid.resolution_m)
     return with_spreads(grid, _barrel_parts(grid, found, sure[kept]), radius_m)
 
 

@@ -110,6 +110,15 @@ def refine(sampler: RingSampler, centres: FloatArray, facings: FloatArray) -> Ar
     return Arcs(centres, facings, ring)
 
 
+def fit_all_around(sampler: RingSampler, centres: FloatArray, ring: Ring) -> tuple[FloatArray, Ring]:
+    """Centres (H, 2) moved so that the edges in all directions lie on the ring, and the rings seen from there."""
+    for _ in range(2):
+        weight = support(ring, loose_tolerance(sampler.radius))
+        centres = centres + _shift(sampler.directions, weight, np.nan_to_num(ring.edge))
+        ring = sampler.look(centres)
+    return centres, ring
+
+
 def _distinct(centres: FloatArray, facings: FloatArray, scores: FloatArray) -> npt.NDArray[np.intp]:
     """Of hypotheses that came to the same place (within about a unit) the best one each, in their order."""
     worth = scores > LEAST_REFINED

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
-from fidmap.detect.arcs import Arcs, close_tolerance, difference, support
+from fidmap.detect.arcs import Arcs, close_tolerance, difference, fit_all_around, support
 from fidmap.detect.ring import RingSampler
 from fidmap.model import FloatArray
 
@@ -15,22 +17,32 @@ GAP = np.radians(24)
 BEYOND = np.radians(20)
 
 
-def extents(sampler: RingSampler, arcs: Arcs) -> tuple[FloatArray, FloatArray]:
-    """Facing and reach to each side (K,), radians: reach 90 degrees for half barrels, up to 180 for whole ones.
+@dataclass(frozen=True)
+class Extents:
+    """Centres (K, 2), facings (K,) and reach to each side (K,): 90 degrees for half barrels, up to 180 for whole."""
 
-    An arc is more than a half when no wall leaves the ring at either end of the half and its support goes on beyond
-    both ends together by more than 20 degrees, gaps up to 24 degrees allowed.
+    centres: FloatArray
+    facings: FloatArray
+    reach: FloatArray
+
+
+def extents(sampler: RingSampler, arcs: Arcs) -> Extents:
+    """How far each arc reaches.
+
+    An arc is more than a half when no wall leaves the ring at either end of the half and, seen from the centre that
+    fits the whole ring, its support goes on beyond both ends together by more than 20 degrees.
     """
-    stands = support(arcs.ring, close_tolerance(sampler.radius)) > 0.3
-    walls = arcs.ring.wall >= 0.5
+    away = np.abs(difference(sampler.theta[None, :], arcs.facings[:, None]))
+    on_wall = ((arcs.ring.wall >= 0.5) & (np.abs(away - HALF) < np.radians(25))).any(axis=1)
+    centres, ring = fit_all_around(sampler, arcs.centres, arcs.ring)
+    stands = support(ring, close_tolerance(sampler.radius)) > 0.3
     away = difference(sampler.theta[None, :], arcs.facings[:, None])
-    at_end = np.abs(np.abs(away) - HALF) < np.radians(25)
-    on_wall = (walls & at_end).any(axis=1)
-    left, right = _run(stands, walls, away, sampler.angles), _run(stands, walls, -away, sampler.angles)
+    left, right = (_run(stands, ring.wall >= 0.5, turned, sampler.angles) for turned in (away, -away))
     longer = ~on_wall & (left + right > 2 * HALF + BEYOND)
     whole = longer & (left + right > 2 * np.pi - GAP)
     facings = np.where(longer & ~whole, arcs.facings + (left - right) / 2, arcs.facings)
-    return facings, np.where(whole, np.pi, np.where(longer, (left + right) / 2, HALF))
+    reach = np.where(whole, np.pi, np.where(longer, (left + right) / 2, HALF))
+    return Extents(np.where(longer[:, None], centres, arcs.centres), facings, reach)
 
 
 def _run(stands: npt.NDArray[np.bool_], walls: npt.NDArray[np.bool_], away: FloatArray, count: int) -> FloatArray:
@@ -42,16 +54,17 @@ def _run(stands: npt.NDArray[np.bool_], walls: npt.NDArray[np.bool_], away: Floa
     going = np.ones(len(away), bool)
     for k in range(angle.shape[1]):  # over angles, not cells
         going &= angle[:, k] - last <= GAP
-        last = np.where(going & ahead[:, k], angle[:, k], last)
+        last = np.where(going & ahead[:, k], np.maximum(last, angle[:, k]), last)
     return last
 
 
-def suppress(centres: FloatArray, facings: FloatArray, reach: FloatArray, radius: float) -> npt.NDArray[np.intp]:
+def suppress(seen: Extents, radius: float) -> npt.NDArray[np.intp]:
     """Indices of arcs that are not the same as an earlier one (they come most confident first).
 
     Two barrels cannot stand closer than a radius with like facings; around one centre only opposite halves fit, and
     nothing fits beside a whole barrel.
     """
+    centres, facings, reach = seen.centres, seen.facings, seen.reach
     kept: list[int] = []
     for k in range(len(facings)):
         away = np.hypot(*(centres[kept] - centres[k]).T)

@@ -37,7 +37,7 @@ def print_ranking(
     for name in ours:
         table.add_column(attribute_title(name) + (" / human" if theirs and name in theirs else ""), justify="right")
     leading = ours.get("overall") or next(iter(ours.values()))
-    order = sorted(range(len(maps)), key=lambda k: (rank := leading[k]) and rank.middle or len(maps) + 1)
+    order = sorted(range(len(maps)), key=lambda k: ((rank := leading[k]) and rank.middle) or len(maps) + 1)
     for k in order:
         cells = [_cell(ours[name][k], figures.get(name, ()), theirs.get(name) if theirs else None, k) for name in ours]
         table.add_row(Text(clean(maps[k])), *cells)

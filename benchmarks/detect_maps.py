@@ -118,14 +118,13 @@ def _faults(grid: TrinaryGrid, radius_m: float, counted: Count, weights: dict[st
     """Misses, those drawn best first to be shown, and false finds by their confidence."""
     sure = counted.above(0.5)
     late = {v.part.id: v.detection.confidence for v in counted.of("true") if v.part is not None}
-    faults = []
-    for part in sure.missed:
-        if part.x_m is not None and part.y_m is not None:
-            seen = BarrelPart(0, part.x_m, part.y_m, part.facing)
-            faults.append(_fault(grid, radius_m, seen, name, "miss", (weights[part.id], late.get(part.id, 0.0))))
-    for false in sure.false:
-        faults.append(_fault(grid, radius_m, false, name, "false", (false.confidence, false.confidence)))
-    return faults
+    missed = [
+        (BarrelPart(0, part.x_m, part.y_m, part.facing), "miss", (weights[part.id], late.get(part.id, 0.0)))
+        for part in sure.missed
+        if part.x_m is not None and part.y_m is not None
+    ]
+    false = [(find, "false", (find.confidence, find.confidence)) for find in sure.false]
+    return [_fault(grid, radius_m, at, name, kind, numbers) for at, kind, numbers in missed + false]
 
 
 def _fault(

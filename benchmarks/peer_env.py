@@ -1,4 +1,4 @@
-"""The peers' own environment `.venv-bench`, and their run: opencv-contrib beside opencv-headless breaks `cv2` for both."""
+"""The peers' environment `.venv-bench`, and their run: opencv-contrib beside opencv-headless breaks `cv2` for both."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ def set_up() -> Path:
         return python
     print("setting up .venv-bench (once, about 20 s) ...", file=sys.stderr, flush=True)
     # this process runs in .venv, which has no pip: the Python that it was made from has
-    base = Path(sys.base_prefix) / "bin" / f"python{sys.version_info.major}.{sys.version_info.minor}"
-    subprocess.run([base, "-m", "venv", "--clear", "--without-pip", VENV], check=True)
-    pip = [base, "-m", "pip", "--python", python, "--disable-pip-version-check", "install", "-qq"]
-    subprocess.run([*pip, "--require-hashes", "-r", LOCK], check=True)
+    base = str(Path(sys.base_prefix) / "bin" / f"python{sys.version_info.major}.{sys.version_info.minor}")
+    subprocess.run([base, "-m", "venv", "--clear", "--without-pip", str(VENV)], check=True)
+    pip = [base, "-m", "pip", "--python", str(python), "--disable-pip-version-check", "install", "-qq"]
+    subprocess.run([*pip, "--require-hashes", "-r", str(LOCK)], check=True)
     stamp.write_text(wanted)
     return python
 

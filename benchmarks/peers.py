@@ -1,4 +1,4 @@
-"""Other people's finders of circles on the same maps; runs in `.venv-bench`, which holds neither fidmap nor its libraries.
+"""Other people's finders of circles on the same maps; runs in `.venv-bench`, which holds nothing of ours.
 
     python benchmarks/peers.py FOLDER
 
@@ -24,28 +24,25 @@ import numpy as np
 
 Array = np.ndarray[Any, Any]
 Found = list[tuple[float, float, float | None, float]]
-FINE = 12.0  # cells that a radius should have; coarser maps are enlarged
 OCCUPIED = 2
 DIRECTIONS = 16
 
 
-def enlarged(labels: Array, radius: float, least: float = FINE) -> tuple[Array, int]:
-    """White where occupied, with cells of so many pixels that circles have a size for image tools."""
+def enlarged(image: Array, radius: float, least: float) -> tuple[Array, int]:
+    """The image with cells of so many pixels that circles have a size for image tools, slightly blurred."""
     times = max(1, math.ceil(least / radius - 1e-9))
-    image = np.where(labels == OCCUPIED, np.uint8(255), np.uint8(0))
     if times > 1:
         image = cv2.resize(image, None, fx=times, fy=times, interpolation=cv2.INTER_LINEAR)
-    return image, times
+    return cv2.GaussianBlur(image, (0, 0), 1.0), times
 
 
 def hough_circles(labels: Array, radius: float) -> Found:
-    """OpenCV HoughCircles (gradient method) on the blurred occupied cells; the score is its votes."""
-    image, times = enlarged(labels, radius)
+    """OpenCV HoughCircles (gradient method) on the occupied cells; the score is its votes by radius."""
+    image, times = enlarged(np.array([0, 0, 255], np.uint8)[labels], radius, 16.0)
     r = radius * times
-    image = cv2.GaussianBlur(image, (0, 0), 1.0)
     circles = cv2.HoughCirclesWithAccumulator(
-        image, cv2.HOUGH_GRADIENT, dp=2, minDist=0.5 * r, param1=150, param2=max(4.0, 0.8 * r),
-        minRadius=round(0.85 * r), maxRadius=round(1.3 * r),
+        image, cv2.HOUGH_GRADIENT, dp=1, minDist=0.25 * r, param1=150, param2=max(3.0, 0.4 * r),
+        minRadius=round(0.95 * r), maxRadius=round(1.2 * r),
     )  # fmt: skip
     if circles is None:
         return []
@@ -54,12 +51,12 @@ def hough_circles(labels: Array, radius: float) -> Found:
 
 def edge_drawing(labels: Array, radius: float) -> Found:
     """EdgeDrawing's circles and ellipses of about the radius; the score is the share of the ring that is occupied."""
-    image, times = enlarged(labels, radius)
+    image, times = enlarged(np.array([255, 120, 0], np.uint8)[labels], radius, 12.0)
     tool: Any = import_module("cv2.ximgproc").createEdgeDrawing()
     settings = tool.Params()
     settings.MinPathLength, settings.NFAValidation, settings.PFmode = 10, False, True
     tool.setParams(settings)
-    tool.detectEdges(cv2.GaussianBlur(image, (0, 0), 1.0))
+    tool.detectEdges(image)
     shapes = tool.detectEllipses()
     found: Found = []
     for x, y, circle, a, b, _ in [] if shapes is None else np.reshape(shapes, (-1, 6)):
@@ -67,7 +64,7 @@ def edge_drawing(labels: Array, radius: float) -> Found:
         if 0.7 < size / times / radius < 1.35 and round_ > 0.6:
             row, column = float(y) / times + 0.5 / times, float(x) / times + 0.5 / times
             found.append((row, column, None, support(labels, row, column, size / times) * round_))
-    return suppressed(found, radius / 3)
+    return suppressed(found, radius / 10)
 
 
 def support(labels: Array, row: float, column: float, radius: float) -> float:
@@ -83,30 +80,32 @@ def support(labels: Array, row: float, column: float, radius: float) -> float:
 
 def templates(labels: Array, radius: float) -> Found:
     """Half rings in 16 directions with free cells before them, by correlation; the score is the correlation."""
-    signed = np.where(labels == OCCUPIED, np.float32(1), np.where(labels == 0, np.float32(-1), np.float32(0)))
+    times = max(1, math.ceil(6.0 / radius - 1e-9))
+    labels = np.repeat(np.repeat(labels, times, axis=0), times, axis=1)
+    occupied = cv2.dilate((labels == OCCUPIED).astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)))
+    signed = np.where(occupied > 0, np.float32(1), np.where(labels == 0, np.float32(-1), np.float32(0)))
     found: Found = []
     for k in range(DIRECTIONS):
         facing = 2 * math.pi * k / DIRECTIONS
-        response = cv2.filter2D(signed, cv2.CV_32F, half_ring(radius, facing), borderType=cv2.BORDER_CONSTANT)
-        peaks = (response > 0.7) & (response >= cv2.dilate(response, np.ones((3, 3), np.uint8)))
-        for i, j in np.argwhere(peaks):
-            found.append((float(i) + 0.5, float(j) + 0.5, facing, float(response[i, j])))
+        kernel = half_ring(radius * times, facing)
+        response = cv2.filter2D(signed, cv2.CV_32F, kernel, borderType=cv2.BORDER_CONSTANT)
+        peaks = (response > 1.0) & (response >= cv2.dilate(response, np.ones((3, 3), np.uint8)))
+        found += [
+            ((float(i) + 0.5) / times, (float(j) + 0.5) / times, facing, float(response[i, j]))
+            for i, j in np.argwhere(peaks)
+        ]
     return suppressed(found, radius / 2)
 
 
 def half_ring(radius: float, facing: float) -> Array:
-    """+1 in all on half a ring, -1 in all on the free half ring before it, -1/2 in all inside it."""
-    reach = math.ceil(radius + 4)
+    """+1 in all on half a ring, -0.6 in all on the free half ring before it."""
+    reach = math.ceil(radius + 5)
     y, x = np.mgrid[-reach : reach + 1, -reach : reach + 1].astype(float)
     away = np.hypot(x, y)
     half = np.cos(np.arctan2(y, x) - facing) > math.cos(math.radians(80))
-    ring = half & (np.abs(away - radius) <= 1.0)
-    before = half & (away > radius + 1.5) & (away <= radius + 3.5)
-    inside = half & (away < radius - 2) & (away > 1)
-    kernel = ring / ring.sum() - before * (0.7 / before.sum())
-    if inside.any():
-        kernel = kernel - inside * (0.3 / inside.sum())
-    return np.asarray(kernel, np.float32)
+    ring = half & (np.abs(away - radius) <= 0.6)
+    before = half & (away > radius + 2) & (away <= radius + 4)
+    return np.asarray(ring / ring.sum() - before * (0.6 / before.sum()), np.float32)
 
 
 def skimage_hough(labels: Array, radius: float) -> Found:
@@ -152,7 +151,7 @@ def work(job: tuple[str, str, float, list[str]]) -> tuple[str, dict[str, dict[st
     labels = np.load(Path(folder) / f"{name}.npy")
     results: dict[str, dict[str, object]] = {}
     for tool in tools:
-        TOOLS[tool](labels[:64, :64], radius)  # first calls set things up
+        TOOLS[tool](np.ascontiguousarray(labels[:64, :64]), radius)  # first calls set things up
         start = time.process_time()
         found = TOOLS[tool](labels, radius)
         results[tool] = {"seconds": time.process_time() - start, "found": found}

@@ -87,7 +87,9 @@ def attempts(jobs: Sequence[Job]) -> list[Tried]:
 def _accuracy(groups: detect_tables.Groups) -> str:
     artificial = [t for name in detect_tables.TIERS for t in groups.get(name, [])]
     text = f"## Barrel parts found\n\n{RULE}\n{detect_tables.tier_table(groups)}\n"
-    text += "Of the true detections; sigma is honest where its two figures are 1 (mean and median of the squared error "
+    text += (
+        "Of the true detections; sigma is honest where its two figures are 1 (mean and median of the squared error\n"
+    )
     text += f"over the variance it states).\n\n{detect_tables.precision_table(groups)}\n"
     text += f"### By resolution\n\n{detect_tables.resolution_table(groups)}\n"
     text += f"### What confidence is worth\n\n{detect_tables.calibration_table(artificial, groups.get('R2', []))}\n"

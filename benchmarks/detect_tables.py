@@ -21,6 +21,9 @@ RMSE_GOAL_MM = {
     "clean": {0.02: 3, 0.025: 4, 0.05: 7, 0.10: 20},
     "noisy": {0.02: 9, 0.025: 9, 0.05: 13, 0.10: 28},
 }
+# of a noise-free raster half circle, and what is left of the poses' own errors: together nobody gets below
+RASTER_FLOOR_MM = {0.02: 0.7, 0.025: 1.3, 0.05: 4.1, 0.10: 14.9}
+POSE_FLOOR_MM = {"clean": 1.2, "noisy": 5.0}
 RADIUS_M = 0.30
 Groups = dict[str, list[Tried]]
 
@@ -41,8 +44,8 @@ def tier_table(groups: Groups) -> str:
         rows.append(
             [
                 REAL.get(name, name), len(maps), at.drawn, _to_goal(at.f1, F1_GOAL.get(name)),
-                _to_goal(average_precision(counts), AP_GOAL.get(name)), f"{at.precision:.3f}", f"{at.recall:.3f}",
-                f"{usual.f1:.3f}",
+                _to_goal(average_precision(counts), AP_GOAL.get(name)), _three(at.precision), _three(at.recall),
+                _three(usual.f1),
             ]
         )  # fmt: skip
     head = ["maps", "number", "drawn parts", "F1 (goal)", "AP (goal)", "precision", "recall", "F1 where R = 0.30 m"]
@@ -50,7 +53,7 @@ def tier_table(groups: Groups) -> str:
 
 
 def _to_goal(value: float, goal: float | None) -> str:
-    return f"{value:.3f}" + ("" if goal is None else f" ({goal:g})")
+    return _three(value) + ("" if goal is None else f" ({goal:g})")
 
 
 def precision_table(groups: Groups) -> str:
@@ -103,20 +106,27 @@ def resolution_table(groups: Groups) -> str:
             mine = [t for t in maps if t.resolution_m == resolution]
             usual = [t for t in mine if t.radius_m == RADIUS_M]
             errors = [v.error_m for v in sure(usual)]
-            goal = RMSE_GOAL_MM.get(name, {}).get(resolution)
             at = rates([t.count for t in mine])
             rows.append(
                 [
-                    name, f"{resolution:g}", len(mine), at.drawn, f"{at.f1:.3f}",
-                    f"{average_precision([t.count for t in mine]):.3f}", f"{rates([t.count for t in usual]).f1:.3f}",
-                    _rms_mm(errors), "" if goal is None else f"{goal}", len(errors),
+                    name, f"{resolution:g}", len(mine), at.drawn, _three(at.f1),
+                    _three(average_precision([t.count for t in mine])), _three(rates([t.count for t in usual]).f1),
+                    _rms_mm(errors), *_limits(name, resolution), len(errors),
                 ]
             )  # fmt: skip
     head = [
         "tier", "cell, m", "maps", "drawn parts", "F1", "AP", "F1 where R = 0.30 m",
-        "centre RMSE (median), mm, R = 0.30 m", "goal, mm", "of centres",
+        "centre RMSE (median), mm, R = 0.30 m", "goal, mm", "floor, mm", "of centres",
     ]  # fmt: skip
     return table(head, rows)
+
+
+def _limits(tier: str, resolution_m: float) -> tuple[str, str]:
+    """Goal and floor of the centres' RMSE in millimetres, empty where there is none."""
+    if tier not in RMSE_GOAL_MM or resolution_m not in RASTER_FLOOR_MM:
+        return "", ""
+    floor = math.hypot(RASTER_FLOOR_MM[resolution_m], POSE_FLOOR_MM[tier])
+    return str(RMSE_GOAL_MM[tier][resolution_m]), f"{floor:.1f}"
 
 
 def peer_table(groups: Groups, answers: Answers) -> str:
@@ -189,3 +199,7 @@ def calibration_table(artificial: Sequence[Tried], real: Sequence[Tried]) -> str
 
 def _share(value: float) -> str:
     return "-" if math.isnan(value) else f"{value:.2f}"
+
+
+def _three(value: float) -> str:
+    return "-" if math.isnan(value) else f"{value:.3f}"

@@ -38,7 +38,7 @@ def enlarged(image: Array, radius: float, least: float) -> tuple[Array, int]:
 
 def hough_circles(labels: Array, radius: float) -> Found:
     """OpenCV HoughCircles (gradient method) on the occupied cells; the score is its votes by radius."""
-    image, times = enlarged(np.array([0, 0, 255], np.uint8)[labels], radius, 16.0)
+    image, times = enlarged(np.array([0, 0, 255], np.uint8)[labels], radius, 12.0)
     r = radius * times
     circles = cv2.HoughCirclesWithAccumulator(
         image, cv2.HOUGH_GRADIENT, dp=1, minDist=0.25 * r, param1=150, param2=max(3.0, 0.4 * r),
@@ -111,7 +111,7 @@ def half_ring(radius: float, facing: float) -> Array:
 def skimage_hough(labels: Array, radius: float) -> Found:
     """scikit-image hough_circle on the occupied cells; the score is the share of the circle that voted."""
     transform: Any = import_module("skimage.transform")
-    radii = np.unique(np.round([radius - 0.5, radius, radius + 0.5, radius + 1.0])).astype(int)
+    radii = np.unique(np.round([radius, radius + 0.7])).astype(int)
     spaces = transform.hough_circle(labels == OCCUPIED, radii, normalize=True)
     near = max(1, round(radius / 4))
     scores, x, y, _ = transform.hough_circle_peaks(spaces, radii, near, near, 0.3)

@@ -14,6 +14,7 @@ from benchmarks.detect_maps import Fault
 
 TILE, CAPTION, COLUMNS, ROWS = 132, 24, 6, 4
 GREYS = np.array([255, 190, 0], np.uint8)  # free, unknown, occupied
+DASH = 20  # degrees
 COLOUR = {"miss": (0, 110, 200), "false": (200, 40, 40)}
 
 
@@ -47,7 +48,9 @@ def _tile(fault: Fault) -> Image.Image:
     r = fault.radius * scale
     middle = 0.0 if fault.facing is None else -math.degrees(fault.facing)  # pictures count angles clockwise
     half = 180 if fault.facing is None else 90
-    draw.arc((x - r, y - r, x + r, y + r), middle - half, middle + half, COLOUR[fault.kind], 2)
+    for angle in range(-half, half, DASH):  # what the map draws shows between the dashes
+        start = middle + angle + DASH / 4
+        draw.arc((x - r, y - r, x + r, y + r), start, start + DASH / 2, COLOUR[fault.kind], 2)
     told = f"drawn {fault.weight:.0%}, best {fault.best:.2f}" if fault.kind == "miss" else f"sure {fault.weight:.2f}"
     draw.text((1, TILE), f"{fault.map} {100 * fault.resolution_m:g} cm", "black", font_size=10)
     draw.text((1, TILE + 11), told, "black", font_size=10)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -26,10 +27,10 @@ def print_detections(console: Console, map_name: str, parts: Sequence[BarrelPart
     for column in ("n", "x", "y", "facing", "drawn", "sigma", "confidence"):
         table.add_column(column, justify="right")
     for part in parts:
-        facing = "whole" if part.facing is None else degrees(part.facing)
+        facing = "whole" if part.facing is None else degrees(math.degrees(part.facing))
         sigma = "" if part.sigma_m is None else metres(part.sigma_m)
         place = (metres(part.x_m), metres(part.y_m))
-        table.add_row(str(part.n), *place, facing, degrees(part.drawn), sigma, f"{part.confidence:.2f}")
+        table.add_row(str(part.n), *place, facing, degrees(math.degrees(part.drawn)), sigma, f"{part.confidence:.2f}")
     console.print(table)
 
 

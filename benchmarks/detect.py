@@ -30,6 +30,7 @@ from fidmap.synth.suite import CaseSpec, case_rng, make_case
 
 FULL = {"clean": 40, "noisy": 40, "broken": 40, "large": 6, "office": 40, "field": 40}
 QUICK = {"clean": 6, "noisy": 6, "broken": 6, "large": 0, "office": 6, "field": 6}
+RESOLUTIONS_M, BY_RESOLUTION = (0.02, 0.025, 0.05, 0.10), 20_000  # and the index of the first maze mapped in all
 IMAGES = PAGE.parent / "images"
 RADIUS_CELLS = 0.3 / RESOLUTION_M
 RULE = f"""Parts that a map draws, found one to one within 0.15 m and 60 degrees of facing, by confidence; parts drawn
@@ -37,6 +38,9 @@ but below two thirds, and other copies of a part, count neither way; a part foun
 detection. F1 at confidence 0.5, AP (not interpolated) over all maps of a tier. Artificial maps are the test split of
 `fidmap synth suite`, seed {SEED}, with radii of 0.12 to 0.45 m (0.30 m in six of ten) and all mappers.
 Goals in brackets.
+"""
+LADDER = """The same mazes, drives, poses and mappers in four sizes of cells, R = 0.30 m. The floor is what a noise-free
+raster leaves of a half circle's centre, with the poses' own errors.
 """
 PEERS = """The other tools' F1 is at the confidence that is best in hindsight, tier by tier, which flatters them. All
 but the templates give no facing, so their centres are compared alone. Milliseconds are of one thread's CPU.
@@ -48,9 +52,9 @@ def main() -> int:
     quick = "--quick" in sys.argv[1:]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        tried = attempts(_jobs(QUICK if quick else FULL, None if quick else folder))
+        tried = attempts(_jobs(QUICK if quick else FULL, None if quick else folder) + _ladder(1 if quick else 10))
         groups = detect_tables.groups_of(tried)
-        text = _accuracy(groups)
+        text = _accuracy(groups, tried)
         if not quick:
             text += _beside_peers(groups, folder)
             text += _pictures(groups)
@@ -73,6 +77,12 @@ def _jobs(numbers: dict[str, int], folder: Path | None) -> list[Job]:
     return jobs
 
 
+def _ladder(mazes: int) -> list[Job]:
+    """The same mazes at every resolution."""
+    at = [(tier, r, k) for tier in ("clean", "noisy") for r in RESOLUTIONS_M for k in range(mazes)]
+    return [Job(tier, BY_RESOLUTION + k, resolution_m=r) for tier, r, k in at]
+
+
 def attempts(jobs: Sequence[Job]) -> list[Tried]:
     """All maps, on two processes of one thread each."""
     os.environ.update(dict.fromkeys(detect_speed.THREADS, "1"))
@@ -84,14 +94,14 @@ def attempts(jobs: Sequence[Job]) -> list[Tried]:
     return found
 
 
-def _accuracy(groups: detect_tables.Groups) -> str:
+def _accuracy(groups: detect_tables.Groups, tried: Sequence[Tried]) -> str:
     artificial = [t for name in detect_tables.TIERS for t in groups.get(name, [])]
     text = f"## Barrel parts found\n\n{RULE}\n{detect_tables.tier_table(groups)}\n"
     text += (
         "Of the true detections; sigma is honest where its two figures are 1 (mean and median of the squared error\n"
     )
     text += f"over the variance it states).\n\n{detect_tables.precision_table(groups)}\n"
-    text += f"### By resolution\n\n{detect_tables.resolution_table(groups)}\n"
+    text += f"### By resolution\n\n{LADDER}\n{detect_tables.resolution_table(tried)}\n"
     text += f"### What confidence is worth\n\n{detect_tables.calibration_table(artificial, groups.get('R2', []))}\n"
     return text
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +17,7 @@ from fidmap.grid import metres_to_cells, trinarize
 from fidmap.maps import read_map
 from fidmap.model import BarrelPart, Pose2, TrinaryGrid
 from fidmap.synth.poses import Tier
-from fidmap.synth.suite import case_rng, make_case, random_spec
+from fidmap.synth.suite import case_rng, make_case, random_spec, with_radius
 from fidmap.synth.truth import PartTruth
 
 SEED = 1000
@@ -27,11 +27,16 @@ WINDOW = 3.0  # radii around a fault that its picture shows
 
 @dataclass(frozen=True)
 class Job:
-    """An artificial map (tier and index of the test split) or a real one (its name); labels go to `folder`."""
+    """An artificial map (tier and index of the test split) or a real one (its name); labels go to `folder`.
+
+    resolution_m: None draws it at random, and the radius; else barrels of 0.30 m in cells of this side, so that maps
+    of one index differ by their cells alone.
+    """
 
     group: str
     index: int = 0
     real: str | None = None
+    resolution_m: float | None = None
     folder: Path | None = None
 
 
@@ -93,10 +98,13 @@ def died(job: Job) -> Tried:
 def _artificial(job: Job) -> tuple[TrinaryGrid, float, tuple[DrawnPart, ...], dict[str, float], str]:
     tier: Tier = job.group  # type: ignore[assignment]
     rng = case_rng("test", SEED, tier, job.index)
-    case = make_case(rng, random_spec(rng, tier), tier=tier)
+    spec, name = random_spec(rng, tier), f"{tier}-{job.index:03d}"
+    if job.resolution_m is not None:
+        spec, name = with_radius(replace(spec, resolution_m=job.resolution_m), 0.3), f"{name}-{job.resolution_m:g}m"
+    case = make_case(rng, spec, tier=tier)
     weights = {truth.id: truth.support / truth.opening - truth.clutter / truth.opening for truth in case.truths}
     parts = tuple(drawn_part(truth) for truth in case.truths)
-    return trinarize(case.grid), case.arena.arena.radius_m, parts, weights, f"{tier}-{job.index:03d}"
+    return trinarize(case.grid), case.arena.arena.radius_m, parts, weights, name
 
 
 def drawn_part(truth: PartTruth) -> DrawnPart:

@@ -17,8 +17,9 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from benchmarks.make_demo import write_arena, write_map
 from benchmarks.page import table, write_section
+from fidmap.arena.write import write_arena
+from fidmap.maps.write import write_map
 from fidmap.synth.evening import evening
 
 MAPS, CELLS = 20, 2000

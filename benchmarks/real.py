@@ -14,8 +14,9 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from scipy.stats import spearmanr
 
+from benchmarks.counting import Count, count
 from benchmarks.page import table, write_section
-from benchmarks.slam_challenge import REFERENCE, TUNED_ON, Count, count, read_drawn_parts, real_data_root
+from benchmarks.slam_challenge import REFERENCE, TUNED_ON, read_drawn_parts, real_data_root
 from fidmap.arena import read_arena
 from fidmap.detect import find_barrel_parts
 from fidmap.evaluate import evaluate, evaluate_points

@@ -8,8 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarks.counting import count
 from benchmarks.real import HALF_OPENING, counted
-from benchmarks.slam_challenge import TUNED_ON, count, read_drawn_parts
+from benchmarks.slam_challenge import TUNED_ON, read_drawn_parts
 from scipy.optimize import linear_sum_assignment
 
 from fidmap.arena import read_arena

@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from fidmap.cli import demo, detect, profile, rank, score
+from fidmap.cli import demo, detect, profile, rank, score, synth
 from fidmap.cli.exits import UNUSABLE, complain, guarded
 from fidmap.version import __version__
 
@@ -44,6 +44,7 @@ app.command("score")(guarded(score.score))
 app.command("detect")(guarded(detect.detect))
 app.command("rank")(guarded(rank.rank))
 app.add_typer(profile.app, name="profile")
+app.add_typer(synth.app, name="synth")
 app.command("demo")(guarded(demo.demo))
 
 

@@ -79,7 +79,7 @@ def make_case(
 ) -> SynthCase:
     """Build an arena (unless one is given), drive through it, map it with its faults, tell the truth."""
     spec = spec or CaseSpec()
-    arena = arena or _build(rng, spec.arena)
+    arena = arena or build_arena(rng, spec.arena)
     poses = drive(arena, rng, spec.explored, spec.spacing_m)
     scans = scan(arena, poses, spec.laser, rng)
     believed = estimated_poses(poses, spec.noise, rng, spec.frame)
@@ -91,7 +91,8 @@ def make_case(
     return SynthCase(name, tier, spec, arena, grid, truths)
 
 
-def _build(rng: np.random.Generator, spec: ArenaSpec | OfficeSpec | FieldSpec) -> SynthArena:
+def build_arena(rng: np.random.Generator, spec: ArenaSpec | OfficeSpec | FieldSpec) -> SynthArena:
+    """An arena of whatever kind is specified."""
     if isinstance(spec, OfficeSpec):
         return make_office(rng, spec)
     return make_field(rng, spec) if isinstance(spec, FieldSpec) else make_arena(rng, spec)
@@ -161,6 +162,14 @@ def _random_place(rng: np.random.Generator, tier: Tier, radius_rng: np.random.Ge
         spacing_m=spacing_m,
         frame=Pose2(rng.uniform(-8, 8), rng.uniform(-8, 8), rng.uniform(-math.pi, math.pi)),
     )
+
+
+def with_radius(spec: CaseSpec, radius_m: float) -> CaseSpec:
+    """The case with barrels of another radius."""
+    arena = spec.arena
+    if isinstance(arena, ArenaSpec):
+        return replace(spec, arena=_with_radius(arena, radius_m))
+    return replace(spec, arena=replace(arena, radius_m=radius_m))
 
 
 def _with_radius(maze: ArenaSpec, radius_m: float) -> ArenaSpec:

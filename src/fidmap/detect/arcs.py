@@ -12,7 +12,7 @@ from fidmap.model import FloatArray
 
 HALF = np.pi / 2
 LEAST_SCORE = 0.25
-LEAST_REFINED = 0.2
+LEAST_REFINED = 0.35
 FACINGS_TRIED = 4
 ROUNDS = 4
 

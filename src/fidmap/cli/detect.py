@@ -40,9 +40,10 @@ def detect(
         raise usage(f"--radius {radius}: expected a positive number of metres")
     pose = options.parse_origin(origin)
 
+    from fidmap.maps.overrides import Overrides
     from fidmap.report.files import check_output
     from fidmap.report.names import report_names
-    from fidmap.study.jobs import DetectJob, Overrides
+    from fidmap.study.jobs import DetectJob
 
     if out is not None:
         check_output(out)

@@ -57,9 +57,10 @@ def score(
         raise usage("--points goes with at most one MAP")
     start, pose = options.parse_start_pose(start_pose), options.parse_origin(origin)
 
+    from fidmap.maps.overrides import Overrides
     from fidmap.report.files import check_output
     from fidmap.report.read import reports_in
-    from fidmap.study.jobs import Overrides, ScoreJob
+    from fidmap.study.jobs import ScoreJob
 
     truth, settings = _read_arena(arena, profile, points)
     limits = parse_gates(gates, truth)

@@ -12,7 +12,8 @@ from fidmap.detect import find_barrel_parts
 from fidmap.evaluate import evaluate, evaluate_points
 from fidmap.grid import trinarize
 from fidmap.maps import read_map
-from fidmap.model import Arena, BarrelPart, FidmapError, Grid, Pose2, Report, Settings, SettingsError, Source, StartPose
+from fidmap.maps.overrides import Overrides
+from fidmap.model import Arena, BarrelPart, FidmapError, Grid, Report, Settings, SettingsError, Source, StartPose
 from fidmap.points import check_ids, points_csv, read_points
 from fidmap.profiles import profile_document
 from fidmap.report.files import ReportContent
@@ -20,38 +21,20 @@ from fidmap.report.json_line import Document, detect_document, error_document, r
 from fidmap.report.overlay import draw_overlay
 from fidmap.report.page import report_page
 
+NOTHING_OVERRIDDEN = Overrides()
 TOO_LARGE = "needs more memory than there is; score it alone, with --workers 1, or with larger cells"
 
 
-@dataclass(frozen=True)
-class Overrides:
-    """What the user says over a map's own file; None leaves the file's word."""
-
-    resolution_m: float | None = None
-    origin: Pose2 | None = None
-    free_thresh: float | None = None
-    occupied_thresh: float | None = None
-
-    def read(self, path: str) -> Grid:
-        """Read a map with them."""
-        return read_map(
-            path,
-            resolution_m=self.resolution_m,
-            origin=self.origin,
-            free_thresh=self.free_thresh,
-            occupied_thresh=self.occupied_thresh,
-        )
-
-    def document(self) -> Document:
-        """Those given, for the provenance of a report."""
-        given: dict[str, Any] = {k: v for k, v in vars(self).items() if v is not None}
-        if self.origin is not None:
-            given["origin"] = {
-                "x_m": self.origin.x_m,
-                "y_m": self.origin.y_m,
-                "yaw_deg": wrapped_degrees(self.origin.yaw),
-            }
-        return {"overrides": given} if given else {}
+def overrides_document(overrides: Overrides) -> Document:
+    """The overrides that were given, for the provenance of a report."""
+    given: dict[str, Any] = {k: v for k, v in vars(overrides).items() if v is not None}
+    if overrides.origin is not None:
+        given["origin"] = {
+            "x_m": overrides.origin.x_m,
+            "y_m": overrides.origin.y_m,
+            "yaw_deg": wrapped_degrees(overrides.origin.yaw),
+        }
+    return {"overrides": given} if given else {}
 
 
 @dataclass(frozen=True)
@@ -61,7 +44,7 @@ class ScoreJob:
     map: str | None
     arena: Arena
     settings: Settings
-    overrides: Overrides = Overrides()
+    overrides: Overrides = NOTHING_OVERRIDDEN
     points: str | None = None
     start: StartPose | None = None
     draw: bool = False
@@ -84,7 +67,7 @@ def score(job: ScoreJob) -> Outcome:
     """Read and score one map; a fault of the file becomes an error document."""
     started = time.perf_counter()
     try:
-        grid = None if job.map is None else job.overrides.read(job.map)
+        grid = None if job.map is None else read_map(job.map, **vars(job.overrides))
         report, inputs = _evaluate(job, grid)
         settings = profile_document(job.settings)
         seconds = time.perf_counter() - started
@@ -108,7 +91,7 @@ def died(job: ScoreJob) -> Outcome:
 
 def _evaluate(job: ScoreJob, grid: Grid | None) -> tuple[Report, Document]:
     """The report, and what beside map and arena is needed to make it again."""
-    inputs = job.overrides.document()
+    inputs = overrides_document(job.overrides)
     if job.points is None:
         assert grid is not None, "a job has a map or a points file"
         return evaluate(grid, job.arena, job.settings, job.start), inputs
@@ -156,7 +139,7 @@ class DetectJob:
 def detect(job: DetectJob) -> tuple[Document, Grid | None, tuple[BarrelPart, ...]]:
     """The detect document (or error document), the grid and the parts; seconds are of the finding alone."""
     try:
-        grid = job.overrides.read(job.map)
+        grid = read_map(job.map, **vars(job.overrides))
         trinary = trinarize(grid)
         started = time.perf_counter()
         found = find_barrel_parts(trinary, job.radius_m)

@@ -1,8 +1,9 @@
 """TrinaryGrid + radius -> barrel parts: all arcs of the known radius, convex towards free space (SSRR 2011, II-A-3).
 
-Free cells that touch an obstacle vote for centres behind them; around each candidate half circles are fitted at the
-fixed radius, the two halves on one wall each by itself; a small network trained on artificial maps says how sure
-each is; what remains is measured in its cells. The detector knows no arena.
+On cells coarse enough for the radius, those that touch an obstacle vote for centres behind it; around each candidate
+half circles are fitted at the fixed radius, the two halves on one wall each by itself; a small network trained on
+artificial maps and run A2 of the real ones says how sure each is; what remains is measured in the map's own cells. The
+detector knows no arena.
 """
 
 from __future__ import annotations

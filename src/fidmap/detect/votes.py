@@ -17,7 +17,7 @@ def centre_candidates(labels: Image, radius: float, min_votes: float = 0.38) -> 
     """Places that at least a share `min_votes` of a half ring's boundary votes for.
 
     labels: (H, W) of `Label`; radius in cells. Returns (N, 2) (row, column) continuous cell coordinates, most
-    votes first. Seven passes over the map: two comparisons, a dilation, three small blurs, a maximum filter.
+    votes first. Eight passes over the map: two masks, dilation, difference, two blurs, maximum filter, comparison.
     """
     occupied, free = mask(labels, Label.OCCUPIED), mask(labels, Label.FREE)
     boundary = cv2.subtract(cv2.dilate(occupied, np.ones((3, 3), np.uint8)), occupied)

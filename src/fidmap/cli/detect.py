@@ -32,6 +32,8 @@ def detect(
     origin: options.Origin = None,
     free_thresh: options.FreeThresh = None,
     occupied_thresh: options.OccupiedThresh = None,
+    topic: options.Topic = None,
+    time: options.Time = None,
 ) -> None:
     """Find barrel parts in maps: arcs of a known radius, without any arena."""
     if not maps:
@@ -47,7 +49,7 @@ def detect(
 
     if out is not None:
         check_output(out)
-    overrides = Overrides(resolution, pose, free_thresh, occupied_thresh)
+    overrides = Overrides(resolution, pose, free_thresh, occupied_thresh, topic=topic, time_s=time)
     kept = distinct(maps, resolution is not None)
     codes = set()
     with progress_bar(len(kept), stdout_is_used=True) as progress:

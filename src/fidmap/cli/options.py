@@ -24,6 +24,11 @@ FreeThresh = Annotated[float | None, typer.Option("--free-thresh", help="Occupan
 OccupiedThresh = Annotated[
     float | None, typer.Option("--occupied-thresh", help="Occupancy from which a cell is occupied.")
 ]
+Topic = Annotated[str | None, typer.Option("--topic", metavar="NAME", help="Which topic of a bag holds the map.")]
+Time = Annotated[
+    float | None,
+    typer.Option("--time", metavar="SECONDS", help="The last map of a bag until then, counted from its beginning."),
+]
 Json = Annotated[bool, typer.Option("--json", help="JSON Lines on stdout: one object per map, nothing else.")]
 Workers = Annotated[int, typer.Option("--workers", min=0, help="Processes; 0 takes one per core.")]
 

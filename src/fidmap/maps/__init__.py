@@ -9,7 +9,7 @@ import hashlib
 import os
 from pathlib import Path
 
-from fidmap.maps import images, map_server
+from fidmap.maps import formats, images, map_server
 from fidmap.maps.cells import Meaning, code_table, to_grid
 from fidmap.maps.files import MAX_IMAGE_BYTES, fault, printable, read_bytes
 from fidmap.maps.oddities import oddities
@@ -26,8 +26,10 @@ def read_map(
     origin: Pose2 | None = None,
     free_thresh: float | None = None,
     occupied_thresh: float | None = None,
+    topic: str | None = None,
+    time_s: float | None = None,
 ) -> Grid:
-    """Read a map_server YAML with its image, or a plain image.
+    """Read a map in any format that is read: a map_server YAML with its image, a plain image, a bag, ...
 
     Args:
         path: the YAML or the image. An image whose YAML lies beside it is read through that YAML unless a
@@ -36,12 +38,14 @@ def read_map(
         origin: pose of the lower-left corner of the lower-left cell; (0, 0, 0) for a plain image.
         free_thresh: occupancy up to which a cell is free; 0.196 for a plain image.
         occupied_thresh: occupancy from which a cell is occupied; 0.65 for a plain image.
+        topic: which topic of a bag; by default the only one with maps, or /map.
+        time_s: seconds after the bag begins; the last map until then is read, by default the last of all.
 
     Raises:
         MapFileError: one sentence that names the file, what is wrong, what was expected and what to do.
     """
     name = os.fspath(path)
-    overrides = Overrides(resolution_m, origin, free_thresh, occupied_thresh)
+    overrides = Overrides(resolution_m, origin, free_thresh, occupied_thresh, topic=topic, time_s=time_s)
     overrides.check(name)
     try:
         return _read(Path(name), name, overrides)
@@ -65,6 +69,8 @@ def main_file(path: str | os.PathLike[str]) -> Path:
 
 def _read(file: Path, name: str, overrides: Overrides) -> Grid:
     """Tell the formats apart by the first bytes."""
+    if (known := formats.format_of(file, name)) is not None:
+        return formats.read(known, file, name, overrides)
     if not images.is_image(read_bytes(file, name, 16)):
         return map_server.read(file, name, overrides)
     if overrides.resolution_m is None and (own := map_server.own_yaml(file, name)) is not None:

@@ -156,3 +156,10 @@ def _thickness(labels: npt.NDArray[np.uint8], label: Label) -> float:
     core = here[1:-1, 1:-1]
     inner = core & here[:-2, 1:-1] & here[2:, 1:-1] & here[1:-1, :-2] & here[1:-1, 2:]
     return float(inner.sum() / max(1, core.sum()))
+
+
+def label_oddities(free: int, unknown: int, occupied: int) -> tuple[Finding, ...]:
+    """The findings that need no image: how many cells of a map carry each label."""
+    census = Census(np.zeros(256, np.int64), free, unknown, occupied)
+    nothing = _nothing_occupied(census, Meaning(1.0))
+    return (*((nothing,) if nothing else ()), *_no_unknown(census))

@@ -10,16 +10,22 @@ from fidmap.model import Pose2
 
 MAX_RESOLUTION_M = 1000.0
 MIN_RESOLUTION_M = 1e-5
+MAX_TIME_S = 1e9
 
 
 @dataclass(frozen=True)
 class Overrides:
-    """The options --resolution, --origin, --free-thresh and --occupied-thresh; None: as the file says."""
+    """The options --resolution, --origin, --free-thresh and --occupied-thresh; None: as the file says.
+
+    topic, time_s: which map of a bag; seconds after the recording began, None for the last map.
+    """
 
     resolution_m: float | None = None
     origin: Pose2 | None = None
     free_thresh: float | None = None
     occupied_thresh: float | None = None
+    topic: str | None = None
+    time_s: float | None = None
 
     def check(self, subject: object) -> None:
         """Refuse values no map can have; the subject is the map they were given for.
@@ -39,6 +45,8 @@ class Overrides:
         for option, value in (("free", self.free_thresh), ("occupied", self.occupied_thresh)):
             if value is not None and not math.isfinite(value):
                 raise fault(subject, f"cannot be read with --{option}-thresh {value:g}; expected a number from 0 to 1")
+        if self.time_s is not None and not 0 <= self.time_s <= MAX_TIME_S:
+            raise fault(subject, f"cannot be read with --time {self.time_s:g}; expected seconds after its beginning")
 
 
 def is_resolution(value: float) -> bool:

@@ -1,0 +1,69 @@
+"""Which reader a file belongs to, by its first bytes; readers are imported when a file needs them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+
+from fidmap.maps.cursor import BrokenRecordError
+from fidmap.maps.extras import MissingLibraryError
+from fidmap.maps.files import fault, read_bytes
+from fidmap.maps.overrides import Overrides
+from fidmap.model import Grid
+
+HEAD_BYTES = 4096
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format beside images and YAML: how it begins, what it is called, and the module whose `read` reads it."""
+
+    begins: Callable[[bytes], bool]
+    called: str
+    module: str
+
+
+def _starts(*magics: bytes) -> Callable[[bytes], bool]:
+    return lambda head: head.startswith(magics)
+
+
+FORMATS = (
+    Format(_starts(b"#ROSBAG V2.0\n"), "a ROS 1 bag", "bag"),
+    Format(_starts(b"\x89MCAP0\r\n"), "an MCAP file", "bag"),
+    Format(_starts(b"SQLite format 3\0"), "an SQLite file", "bag"),
+)
+
+
+def format_of(file: Path, name: str) -> Format | None:
+    """The format of a file, or of a bag's folder; None for an image, a YAML and whatever else it may be.
+
+    Raises:
+        MapFileError: the file cannot be read at all.
+    """
+    if file.is_dir():
+        from fidmap.maps.bag import is_bag_folder
+
+        if is_bag_folder(file):
+            return Format(_starts(), "a ROS 2 bag", "bag")
+    head = read_bytes(file, name, HEAD_BYTES)
+    return next((known for known in FORMATS if known.begins(head)), None)
+
+
+def read(known: Format, file: Path, name: str, overrides: Overrides) -> Grid:
+    """Read a file of a known format.
+
+    Raises:
+        MapFileError: one sentence with what is wrong.
+    """
+    reader = import_module(f"fidmap.maps.{known.module}").read
+    try:
+        grid: Grid = reader(file, name, overrides)
+    except MissingLibraryError as error:
+        raise fault(name, str(error)) from None
+    except BrokenRecordError as error:
+        raise fault(name, f"is {known.called} that cannot be used: {error}; copy or save it again") from None
+    except OSError as error:
+        raise fault(name, f"cannot be read ({error.strerror or error}); check the path") from None
+    return grid

@@ -64,9 +64,15 @@ def png_header(width: int, height: int) -> bytes:
             "m.yaml is not valid YAML in line 4 (could not find expected ':'); correct that line",
         ),
         (
+            "m.dat",
+            b"\xff" * 70_000,
+            f"m.dat is not an image or a YAML of at most 65,536 bytes; expected {READABLE}",
+        ),
+        (
             "m.bag",
             b"#ROSBAG V2.0\n" + b"\xff" * 70_000,
-            f"m.bag is not an image or a YAML of at most 65,536 bytes; expected {READABLE}",
+            "m.bag is a ROS 1 bag that cannot be used: the record at byte 13 announces a header of 4294967295 bytes; "
+            "copy or save it again",
         ),
         (
             "m.yaml",

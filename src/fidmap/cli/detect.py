@@ -34,6 +34,8 @@ def detect(
     occupied_thresh: options.OccupiedThresh = None,
     topic: options.Topic = None,
     time: options.Time = None,
+    flavour: options.Flavour = None,
+    origin_at: options.OriginAt = None,
 ) -> None:
     """Find barrel parts in maps: arcs of a known radius, without any arena."""
     if not maps:
@@ -49,7 +51,10 @@ def detect(
 
     if out is not None:
         check_output(out)
-    overrides = Overrides(resolution, pose, free_thresh, occupied_thresh, topic=topic, time_s=time)
+    overrides = Overrides(
+        resolution, pose, free_thresh, occupied_thresh,
+        topic=topic, time_s=time, flavour=flavour, origin_at=origin_at,
+    )  # fmt: skip
     kept = distinct(maps, resolution is not None)
     codes = set()
     with progress_bar(len(kept), stdout_is_used=True) as progress:

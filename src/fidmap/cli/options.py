@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -12,6 +12,8 @@ from fidmap.cli.exits import usage
 if TYPE_CHECKING:
     from fidmap.model import Pose2, StartPose
 
+FlavourWord = Literal["nav2", "nav2-old", "ros1"]
+OriginWord = Literal["corner", "centre"]
 MapPaths = Annotated[list[str] | None, typer.Argument(metavar="[MAP]...", help="Map files, in any readable format.")]
 Resolution = Annotated[
     float | None, typer.Option("--resolution", metavar="M_PER_CELL", help="Side of a cell, for plain images.")
@@ -28,6 +30,10 @@ Topic = Annotated[str | None, typer.Option("--topic", metavar="NAME", help="Whic
 Time = Annotated[
     float | None,
     typer.Option("--time", metavar="SECONDS", help="The last map of a bag until then, counted from its beginning."),
+]
+Flavour = Annotated[FlavourWord | None, typer.Option("--flavour", help="Whose map_server reads the YAML.")]
+OriginAt = Annotated[
+    OriginWord | None, typer.Option("--origin-at", help="What of the lower-left cell the map's origin is.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="JSON Lines on stdout: one object per map, nothing else.")]
 Workers = Annotated[int, typer.Option("--workers", min=0, help="Processes; 0 takes one per core.")]

@@ -50,6 +50,8 @@ def score(
     occupied_thresh: options.OccupiedThresh = None,
     topic: options.Topic = None,
     time: options.Time = None,
+    flavour: options.Flavour = None,
+    origin_at: options.OriginAt = None,
 ) -> None:
     """Score maps against an arena: coverage, accuracy, consistency, and a weighted overall score."""
     gates, paths = split_gates(fail_under or [], maps or [])
@@ -70,7 +72,10 @@ def score(
     if out is not None:
         check_output(out)
         output = Output(out, reports_in(out))
-    overrides = Overrides(resolution, pose, free_thresh, occupied_thresh, topic=topic, time_s=time)
+    overrides = Overrides(
+        resolution, pose, free_thresh, occupied_thresh,
+        topic=topic, time_s=time, flavour=flavour, origin_at=origin_at,
+    )  # fmt: skip
     kept: Sequence[str | None] = distinct(paths, resolution is not None) or [None]
     jobs = [ScoreJob(path, truth, settings, overrides, points, start, draw=out is not None) for path in kept]
     rows = _run(jobs, output, json, workers)

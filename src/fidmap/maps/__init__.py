@@ -10,10 +10,10 @@ import os
 from pathlib import Path
 
 from fidmap.maps import formats, images, map_server
-from fidmap.maps.cells import Meaning, code_table, to_grid
+from fidmap.maps.cells import Flavour, Meaning, code_table, to_grid
 from fidmap.maps.files import MAX_IMAGE_BYTES, fault, printable, read_bytes
 from fidmap.maps.oddities import oddities
-from fidmap.maps.overrides import Overrides
+from fidmap.maps.overrides import OriginAt, Overrides
 from fidmap.model import Finding, Grid, MapFileError, Pose2, Source
 
 __all__ = ["main_file", "read_map"]
@@ -28,6 +28,8 @@ def read_map(
     occupied_thresh: float | None = None,
     topic: str | None = None,
     time_s: float | None = None,
+    flavour: Flavour | None = None,
+    origin_at: OriginAt | None = None,
 ) -> Grid:
     """Read a map in any format that is read: a map_server YAML with its image, a plain image, a bag, ...
 
@@ -40,12 +42,14 @@ def read_map(
         occupied_thresh: occupancy from which a cell is occupied; 0.65 for a plain image.
         topic: which topic of a bag; by default the only one with maps, or /map.
         time_s: seconds after the bag begins; the last map until then is read, by default the last of all.
+        flavour: whose map_server's rules: "nav2" (navigation2 main, the default), "nav2-old" or "ros1".
+        origin_at: whether the origin is the "corner" (the default) or the "centre" of the lower-left cell.
 
     Raises:
         MapFileError: one sentence that names the file, what is wrong, what was expected and what to do.
     """
     name = os.fspath(path)
-    overrides = Overrides(resolution_m, origin, free_thresh, occupied_thresh, topic=topic, time_s=time_s)
+    overrides = Overrides(resolution_m, origin, free_thresh, occupied_thresh, topic, time_s, flavour, origin_at)
     overrides.check(name)
     try:
         return _read(Path(name), name, overrides)
@@ -93,13 +97,14 @@ def _read_plain(file: Path, name: str, overrides: Overrides) -> Grid:
     plain = Meaning(overrides.resolution_m)
     meaning = Meaning(
         overrides.resolution_m,
-        overrides.origin or plain.origin,
+        overrides.corner(overrides.origin or plain.origin, overrides.resolution_m),
         False,
         plain.free_thresh if overrides.free_thresh is None else overrides.free_thresh,
         plain.occupied_thresh if overrides.occupied_thresh is None else overrides.occupied_thresh,
+        flavour=overrides.flavour or plain.flavour,
     )
     data = read_bytes(file, name, MAX_IMAGE_BYTES, "an image")
-    raster = images.decode(data, name)
-    table = code_table(meaning)
+    raster = images.decode(data, name, meaning.channels)
+    table = code_table(meaning, raster.parts)
     source = Source(name, hashlib.sha256(data).hexdigest(), "image", oddities(raster, meaning, table))
     return to_grid(raster, meaning, table, source)

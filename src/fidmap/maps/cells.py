@@ -7,17 +7,19 @@ convert the thresholds to the image's type, so everything here is float32 too: 1
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
-from fidmap.maps.images import Raster
+from fidmap.maps.images import Channels, Raster
 from fidmap.maps.tables import look_up
 from fidmap.model import Grid, Label, Pose2, Source
 
 Mode = Literal["trinary", "scale", "raw"]
-MODES: tuple[Mode, ...] = ("trinary", "scale", "raw")
+MODES: tuple[Mode, ...] = get_args(Mode)
+Flavour = Literal["nav2", "nav2-old", "ros1"]
+FLAVOURS: tuple[Flavour, ...] = get_args(Flavour)
 
 
 @dataclass(frozen=True)
@@ -33,17 +35,38 @@ class Meaning:
     free_thresh: float = 0.196
     occupied_thresh: float = 0.65
     mode: Mode = "trinary"
+    flavour: Flavour = "nav2"
+
+    @property
+    def channels(self) -> Channels:
+        """How a colour becomes one number: by brightness, or as the mean of its channels, in trinary with alpha."""
+        if self.flavour == "nav2":
+            return "brightness"
+        return "mean-with-alpha" if self.mode == "trinary" else "mean"
+
+    @property
+    def hides_transparent(self) -> bool:
+        """Whether a cell that is not opaque is unknown whatever its grey."""
+        return self.mode == "scale" if self.flavour == "nav2-old" else self.flavour == "nav2" and self.mode != "raw"
 
 
 @dataclass(frozen=True, eq=False)
 class CodeTable:
-    """Per grey value 0 to 255: occupancy (256,) float32 with NaN for unknown, and label (256,) uint8."""
+    """Per code: occupancy (N,) float32 with NaN for unknown, and label (N,) uint8.
+
+    Codes are grey values 0 to 255, or sums of `parts` channels, 0 to 255 * parts.
+    """
 
     occupancy: npt.NDArray[np.float32]
     labels: npt.NDArray[np.uint8]
 
 
-def code_table(meaning: Meaning) -> CodeTable:
+def code_table(meaning: Meaning, parts: int = 1) -> CodeTable:
+    """The table of a flavour for codes that are sums of `parts` channels."""
+    return _nav2(meaning) if meaning.flavour == "nav2" else _averaging(meaning, parts)
+
+
+def _nav2(meaning: Meaning) -> CodeTable:
     """Tabulate the map_server's formulas: s = grey / 255, p = s if negated else 1 - s; raw: p = grey / 100.
 
     p >= occupied_thresh is occupied, p <= free_thresh is free and wins. In scale mode the loaded value
@@ -69,16 +92,43 @@ def code_table(meaning: Meaning) -> CodeTable:
     return CodeTable(p.astype(np.float32), labels)
 
 
+def _averaging(meaning: Meaning, parts: int) -> CodeTable:
+    """ROS 1 and older nav2: in double precision, strict comparisons, occupied wins.
+
+    Sources: navigation `image_loader.cpp` (noetic), nav2_map_server `map_io.cpp` (humble). What lies between the
+    thresholds in scale mode is trunc(1 + 98 ratio) there, so never free or occupied, and round(100 ratio) here.
+    """
+    mean = np.arange(255 * parts + 1) / parts
+    if meaning.mode == "raw":
+        value = np.trunc(255 - mean if meaning.negate else mean) if meaning.flavour == "ros1" else np.rint(mean)
+        p = np.where(value <= 100, value / 100, np.nan)
+    elif meaning.flavour == "ros1":
+        p = (mean if meaning.negate else 255 - mean) / 255
+    else:
+        p = mean / 255 if meaning.negate else 1 - mean / 255
+    free, occupied = meaning.free_thresh, meaning.occupied_thresh
+    labels = np.full(len(p), Label.UNKNOWN, np.uint8)
+    labels[p < free] = Label.FREE
+    labels[p > occupied] = Label.OCCUPIED
+    between = (p >= free) & (p <= occupied)
+    if meaning.mode == "scale" and meaning.flavour == "nav2-old" and occupied > free:
+        ratio = (p[between] - free) / (occupied - free)
+        labels[between] = np.select(
+            [np.rint(100 * ratio) == 0, np.rint(100 * ratio) == 100], [Label.FREE, Label.OCCUPIED], Label.UNKNOWN
+        ).astype(np.uint8)
+    return CodeTable(p.astype(np.float32), labels)
+
+
 def to_grid(raster: Raster, meaning: Meaning, table: CodeTable, source: Source) -> Grid:
     """Turn an image into a grid: its lowest row becomes row 0, cells that are not opaque become unknown.
 
-    Raw mode ignores transparency, as nav2_map_server does. Labels are only kept in scale mode, where p and
-    the thresholds do not give them.
+    Raw mode ignores transparency, as nav2_map_server does. Labels are only kept where p and the thresholds do
+    not give them: in scale mode, and for flavours that compare strictly.
     """
     upwards = raster.grey[::-1]
     occupancy = look_up(table.occupancy, upwards)
-    labels = look_up(table.labels, upwards) if meaning.mode == "scale" else None
-    if raster.transparent is not None and meaning.mode != "raw":
+    labels = look_up(table.labels, upwards) if meaning.mode == "scale" or meaning.flavour != "nav2" else None
+    if raster.transparent is not None and meaning.hides_transparent:
         hidden = raster.transparent[::-1]
         occupancy[hidden] = np.nan
         if labels is not None:

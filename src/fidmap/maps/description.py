@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import yaml
@@ -74,11 +74,13 @@ def parse(data: bytes, subject: object, overrides: Overrides) -> Description:
             value("free_thresh", _number, 0.196),
             value("occupied_thresh", _number, 0.65),
             value("mode", _mode, "trinary"),
+            overrides.flavour or "nav2",
         ),
     )
     if faults:
         raise fault(subject, f"is not a valid map_server YAML: {'; '.join(faults)}; correct the file")
-    return description
+    corner = overrides.corner(description.meaning.origin, description.meaning.resolution_m)
+    return replace(description, meaning=replace(description.meaning, origin=corner))
 
 
 def load(data: bytes, subject: object) -> dict[str, Any]:

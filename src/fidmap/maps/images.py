@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 import warnings
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -28,14 +28,19 @@ _DECODERS: dict[bytes, tuple[str, type[ImageFile.ImageFile]]] = {
     b"BM": ("BMP", BmpImagePlugin.BmpImageFile),
 }
 _BLOCK_ROWS = 64
+Channels = Literal["brightness", "mean", "mean-with-alpha"]
 
 
 @dataclass(frozen=True, eq=False)
 class Raster:
-    """A decoded image, row 0 at the top: grey (H, W) uint8, and where it is not opaque (None: nowhere)."""
+    """A decoded image, row 0 at the top, and where it is not opaque (None: nowhere).
 
-    grey: Bytes
+    grey: (H, W) uint8; where a mean of several channels was asked for, uint16 with the sum of `parts` of them.
+    """
+
+    grey: Bytes | npt.NDArray[np.uint16]
     transparent: npt.NDArray[np.bool_] | None = None
+    parts: int = 1
 
 
 def is_image(data: bytes) -> bool:
@@ -43,18 +48,20 @@ def is_image(data: bytes) -> bool:
     return netpbm.is_netpbm(data) or any(data.startswith(magic) for magic in _DECODERS)
 
 
-def decode(data: bytes, subject: object) -> Raster:
+def decode(data: bytes, subject: object, channels: Channels = "brightness") -> Raster:
     """Decode an image to grey values: 16 bit floor(v / 257), colour floor(0.299 R + 0.587 G + 0.114 B).
+
+    With another word for `channels` a colour is the sum of its channels instead (see `Raster`).
 
     Raises:
         MapFileError: not an image read here, broken, truncated, or beyond the bound on cells.
     """
     if netpbm.is_netpbm(data):
         samples = netpbm.decode(data, subject)
-        return Raster(_luma(samples) if samples.ndim == 3 else samples.astype(np.uint8, copy=False))
+        return _combined(samples, channels) if samples.ndim == 3 else Raster(samples.astype(np.uint8, copy=False))
     for magic, (name, decoder) in _DECODERS.items():
         if data.startswith(magic):
-            return _raster(_load(data, name, decoder, subject))
+            return _raster(_load(data, name, decoder, subject), channels)
     if data.startswith(b"version https://git-lfs"):
         raise fault(subject, "is a Git LFS pointer, not the image itself; fetch it with `git lfs pull`")
     raise fault(subject, "is not a PGM, PNG, BMP or JPEG image; save the map in one of these formats")
@@ -87,9 +94,12 @@ def _raw_mode(image: ImageFile.ImageFile) -> str:
     return arguments if isinstance(arguments, str) else str((*(arguments or ("",)),)[0])
 
 
-def _raster(image: ImageFile.ImageFile) -> Raster:
+def _raster(image: ImageFile.ImageFile, wanted: Channels) -> Raster:
     """Grey values and transparency of a loaded image, whatever its mode."""
     mode, clear = image.mode, image.info.get("transparency")
+    if wanted != "brightness" and (mode not in {"L", "1", "I;16"} or clear is not None):
+        opaque = "A" not in mode and clear is None
+        return _combined(np.asarray(image.convert("RGB" if opaque else "RGBA")), wanted)
     if mode == "P":
         return _palette(image, clear)
     if mode in {"LA", "RGBA"}:
@@ -107,6 +117,22 @@ def _raster(image: ImageFile.ImageFile) -> Raster:
         return Raster(grey, None if clear is None else grey == clear * (unit if mode == "L" else 1))
     colour = np.asarray(image if mode == "RGB" else image.convert("RGB"))
     return Raster(_luma(colour), None if clear is None else (colour == np.asarray(clear)).all(axis=-1))
+
+
+def _combined(colour: netpbm.Samples, wanted: Channels) -> Raster:
+    """Colours (H, W, 3), or (H, W, 4) with alpha, as one number each; sums where a mean is wanted."""
+    transparent = colour[..., 3] < 255 if colour.shape[2] == 4 else None
+    if transparent is not None and not transparent.any():
+        transparent = None
+    if wanted == "brightness":
+        return Raster(_luma(colour[..., :3]), transparent)
+    if colour.dtype == np.uint16:
+        colour = look_up((np.arange(65536) // 257).astype(np.uint8), colour)
+    parts = colour.shape[2] if wanted == "mean-with-alpha" else 3
+    total = colour[..., 0].astype(np.uint16)
+    for k in range(1, parts):
+        total += colour[..., k]
+    return Raster(total, transparent, parts)
 
 
 def _palette(image: ImageFile.ImageFile, clear: int | bytes | None) -> Raster:

@@ -1,6 +1,7 @@
 """The ROS map_server format: a YAML file that names an image and says how to read it.
 
-Flavour: nav2_map_server, `map_io.cpp` (navigation2 main, a3a97043); see docs/formats.md for every decision.
+Flavour unless told otherwise: nav2_map_server, `map_io.cpp` (navigation2 main, a3a97043); see docs/formats.md for
+every decision.
 """
 
 from __future__ import annotations
@@ -36,11 +37,11 @@ def read(path: Path, name: str, overrides: Overrides, noticed: tuple[Finding, ..
     image_path, foreign = locate_image(description, path)
     subject = f"{printable(path)}: its image {printable(description.image)}"
     image = read_bytes(image_path, subject, MAX_IMAGE_BYTES, "an image")
-    raster = images.decode(image, subject)
+    raster = images.decode(image, subject, description.meaning.channels)
     digest = hashlib.sha256(data)
     digest.update(image)
     del image
-    table = code_table(description.meaning)
+    table = code_table(description.meaning, raster.parts)
     findings = (*noticed, *foreign, *oddities(raster, description.meaning, table))
     if overrides.origin is None:
         findings += yaw_ignored(description.meaning.origin)

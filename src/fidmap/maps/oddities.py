@@ -37,6 +37,7 @@ class Census:
 
 def oddities(raster: Raster, meaning: Meaning, table: CodeTable) -> tuple[Finding, ...]:
     """All findings about one map as it loads, the gravest first."""
+    raster, table = in_greys(raster, table)
     census = take_census(raster, meaning, table)
     found = [
         _thresholds(meaning),
@@ -50,9 +51,18 @@ def oddities(raster: Raster, meaning: Meaning, table: CodeTable) -> tuple[Findin
     return (*findings, *_no_unknown(census))
 
 
+def in_greys(raster: Raster, table: CodeTable) -> tuple[Raster, CodeTable]:
+    """The same with codes of 0 to 255: means of channels are rounded down."""
+    if raster.parts == 1:
+        return raster, table
+    codes = np.arange(256) * raster.parts
+    grey = look_up((np.arange(255 * raster.parts + 1) // raster.parts).astype(np.uint8), raster.grey)
+    return Raster(grey, raster.transparent), CodeTable(table.occupancy[codes], table.labels[codes])
+
+
 def take_census(raster: Raster, meaning: Meaning, table: CodeTable) -> Census:
     """Count greys and labels; transparent cells are unknown, but in raw mode, which ignores alpha."""
-    counts = histogram(raster.grey, None if meaning.mode == "raw" else raster.transparent)
+    counts = histogram(raster.grey, raster.transparent if meaning.hides_transparent else None)
     free, unknown, occupied = (int(counts[table.labels == label].sum()) for label in Label)
     return Census(counts, free, unknown + raster.grey.size - int(counts.sum()), occupied)
 

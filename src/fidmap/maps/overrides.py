@@ -4,20 +4,25 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal, get_args
 
+from fidmap.maps.cells import FLAVOURS, Flavour
 from fidmap.maps.files import fault
 from fidmap.model import Pose2
 
 MAX_RESOLUTION_M = 1000.0
 MIN_RESOLUTION_M = 1e-5
 MAX_TIME_S = 1e9
+OriginAt = Literal["corner", "centre"]
+ORIGINS: tuple[OriginAt, ...] = get_args(OriginAt)
 
 
 @dataclass(frozen=True)
 class Overrides:
-    """The options --resolution, --origin, --free-thresh and --occupied-thresh; None: as the file says.
+    """The options --resolution, --origin and so on; None: as the file says, and nav2's way where it says nothing.
 
     topic, time_s: which map of a bag; seconds after the recording began, None for the last map.
+    flavour: whose map_server's rules. origin_at: what of the lower-left cell the origin is.
     """
 
     resolution_m: float | None = None
@@ -26,6 +31,15 @@ class Overrides:
     occupied_thresh: float | None = None
     topic: str | None = None
     time_s: float | None = None
+    flavour: Flavour | None = None
+    origin_at: OriginAt | None = None
+
+    def corner(self, origin: Pose2, resolution_m: float) -> Pose2:
+        """The pose of the lower-left cell's corner, from an origin that is meant as `origin_at` says."""
+        if self.origin_at != "centre":
+            return origin
+        half, c, s = resolution_m / 2, math.cos(origin.yaw), math.sin(origin.yaw)
+        return Pose2(origin.x_m - c * half + s * half, origin.y_m - s * half - c * half, origin.yaw)
 
     def check(self, subject: object) -> None:
         """Refuse values no map can have; the subject is the map they were given for.
@@ -47,6 +61,9 @@ class Overrides:
                 raise fault(subject, f"cannot be read with --{option}-thresh {value:g}; expected a number from 0 to 1")
         if self.time_s is not None and not 0 <= self.time_s <= MAX_TIME_S:
             raise fault(subject, f"cannot be read with --time {self.time_s:g}; expected seconds after its beginning")
+        for option, word, known in (("flavour", self.flavour, FLAVOURS), ("origin-at", self.origin_at, ORIGINS)):
+            if word is not None and word not in known:
+                raise fault(subject, f"cannot be read with --{option} {word}; expected {' or '.join(known)}")
 
 
 def is_resolution(value: float) -> bool:

@@ -20,7 +20,9 @@ def look_up(table: npt.NDArray[Entry], codes: npt.NDArray[np.unsignedinteger[Any
     return out
 
 
-def histogram(codes: npt.NDArray[np.uint8], left_out: npt.NDArray[np.bool_] | None) -> npt.NDArray[np.int64]:
+def histogram(
+    codes: npt.NDArray[np.unsignedinteger[Any]], left_out: npt.NDArray[np.bool_] | None
+) -> npt.NDArray[np.int64]:
     """How often each of the 256 codes occurs in (H, W), without the cells left out."""
     counts = np.zeros(256, np.int64)
     for top in range(0, len(codes), _BLOCK_ROWS):

@@ -1,0 +1,82 @@
+"""The formats of `./run bench formats`: how each is written here, and its library's own way to decode it.
+
+A new format adds its rows to `ROWS`; nothing else in the benchmark knows any format.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from fidmap.maps.write import greys, write_map
+from fidmap.model import Grid
+
+
+@dataclass(frozen=True)
+class Row:
+    """One format: `write` makes `folder/name...` and returns what is read; `decode` returns the decoded bytes.
+
+    options: what `read_map` needs beside the path. points: how far attributes may lie from the PGM's.
+    speed: whether it takes part in the table of times (writing 4000 x 4000 cells may take too long).
+    """
+
+    name: str
+    write: Callable[[Path, Grid], Path]
+    decode: Callable[[Path], int]
+    options: dict[str, Any] = field(default_factory=dict)
+    points: float = 1.0
+    speed: bool = True
+
+
+def pillow(path: Path) -> int:
+    """Bytes of the image beside a YAML, or of an image, as Pillow decodes it."""
+    file = next(p for p in sorted(path.parent.glob(f"{path.stem}.*")) if p.suffix not in {".yaml", ".tfw"})
+    with Image.open(file) as image:
+        return int(np.asarray(image).nbytes)
+
+
+def _pgm(folder: Path, grid: Grid) -> Path:
+    return write_map(folder, "pgm", grid)
+
+
+def _plain_pgm(folder: Path, grid: Grid) -> Path:
+    path = write_map(folder, "plain", grid)
+    grey = greys(grid)[::-1]
+    lines = "\n".join(" ".join(map(str, row)) for row in grey.tolist())
+    (folder / "plain.pgm").write_text(f"P2\n{grey.shape[1]} {grey.shape[0]}\n255\n{lines}\n")
+    return path
+
+
+def _with_image(name: str, suffix: str, convert: Callable[[Image.Image], Image.Image]) -> Callable[[Path, Grid], Path]:
+    """A map_server YAML whose image is of another kind."""
+
+    def write(folder: Path, grid: Grid) -> Path:
+        path = write_map(folder, name, grid)
+        (folder / f"{name}.pgm").unlink()
+        path.write_text(path.read_text().replace(f"{name}.pgm", f"{name}.{suffix}"))
+        options: dict[str, Any] = {"quality": 90} if suffix == "jpg" else {}
+        convert(Image.fromarray(np.ascontiguousarray(greys(grid)[::-1]))).save(folder / f"{name}.{suffix}", **options)
+        return path
+
+    return write
+
+
+def _wide(image: Image.Image) -> Image.Image:
+    return Image.fromarray(np.asarray(image).astype(np.uint16) * 257)
+
+
+ROWS = (
+    Row("map_server, PGM", _pgm, pillow),
+    Row("map_server, ASCII PGM", _plain_pgm, pillow),
+    Row("map_server, PNG", _with_image("png", "png", lambda image: image), pillow),
+    Row("map_server, PNG with palette", _with_image("palette", "png", lambda image: image.convert("P")), pillow),
+    Row("map_server, PNG with alpha", _with_image("alpha", "png", lambda image: image.convert("RGBA")), pillow),
+    Row("map_server, PNG of 16 bit", _with_image("wide", "png", _wide), pillow),
+    Row("map_server, BMP", _with_image("bmp", "bmp", lambda image: image), pillow),
+    Row("map_server, JPEG", _with_image("jpg", "jpg", lambda image: image), pillow),
+)

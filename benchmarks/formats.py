@@ -1,0 +1,154 @@
+"""`./run bench formats [WORD ...]`: every format's reader on the same map; writes its section of docs/benchmarks.md.
+
+Times and memory of 4000 x 4000 cells, each format in a process of its own, beside its library's own decoding; and
+the same arena map written in every format, scored. With words only the rows that contain one, and nothing is written.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.detect_speed import THREADS, tiled
+from benchmarks.format_rows import ROWS, Row
+from benchmarks.page import table, write_section
+from fidmap.evaluate import evaluate
+from fidmap.maps import read_map
+from fidmap.maps.tables import look_up
+from fidmap.model import Arena, Grid, Report
+from fidmap.synth.suite import CaseSpec, case_rng, make_case
+
+CELLS, SEED, RESOLUTION_M = 4000, 11, 0.05
+ATTRIBUTES = ("coverage", "relative_accuracy", "consistency", "overall")
+SPEED_HEAD = ["format", "own decode", "read_map", "limit", "bytes per cell beyond the image"]
+RULE = f"""Square maps of {CELLS} cells a side; CPU milliseconds of one thread, the best of three. Own decode:
+Pillow's, or the format's library. The limit is three times that plus one pass (a table look-up over all cells). Memory
+is the peak of `read_map` beyond the decoded image; the goal is 6 bytes per cell, of which the grid itself takes 4.
+"""
+SAME = """One arena map (a clean artificial one, test split), written in every format and scored: attributes in
+points of a hundred, and the largest difference to the PGM.
+"""
+
+
+def arena_map() -> tuple[Arena, Grid]:
+    """The map whose scores are compared."""
+    case = make_case(case_rng("test", SEED, "clean", 0), CaseSpec(resolution_m=RESOLUTION_M))
+    return case.arena.arena, case.grid
+
+
+def large(grid: Grid) -> Grid:
+    """The same map as tiles of a large one."""
+    return Grid(tiled(grid.occupancy, CELLS), grid.resolution_m)  # type: ignore[arg-type]
+
+
+def speed_row(row: Row, grid: Grid, folder: Path) -> list[str]:
+    """Write the map, measure it in processes of its own, and compare with the limit."""
+    path = row.write(folder, grid)
+    seconds = _alone("time", row, path)
+    memory = _alone("memory", row, path)
+    limit = 3 * seconds["decode"] + seconds["pass"]
+    beyond = (memory["peak"] - memory["decoded"]) / CELLS**2
+    for file in path.parent.iterdir():
+        file.unlink()
+    return [
+        row.name,
+        f"{1e3 * seconds['decode']:.0f}",
+        f"{1e3 * seconds['read']:.0f}{' (over)' * (seconds['read'] > limit)}",
+        f"{1e3 * limit:.0f}",
+        f"{beyond:.1f}{' (over)' * (beyond > 6)}",
+    ]
+
+
+def _alone(mode: str, row: Row, path: Path) -> dict[str, float]:
+    command = [sys.executable, "-m", "benchmarks.formats", f"--{mode}", row.name, str(path)]
+    environment = os.environ | dict.fromkeys(THREADS, "1")
+    done = subprocess.run(command, check=True, capture_output=True, text=True, env=environment)
+    result: dict[str, float] = json.loads(done.stdout)
+    return result
+
+
+def measured(mode: str, name: str, path: Path) -> dict[str, float]:
+    """What a process of its own measures: CPU seconds, or the growth of its peak memory in bytes."""
+    row = next(row for row in ROWS if row.name == name)
+    if mode == "--memory":
+        # Not getrusage: its maximum includes what the parent had when it made this process.
+        Path("/proc/self/clear_refs").write_text("5")
+        before = _peak()
+        read_map(path, **row.options)
+        return {"peak": _peak() - before, "decoded": row.decode(path)}
+    codes, floats = np.zeros((CELLS, CELLS), np.uint8), np.zeros(256, np.float32)
+    return {
+        "decode": _best(lambda: row.decode(path)),
+        "read": _best(lambda: read_map(path, **row.options)),
+        "pass": _best(lambda: look_up(floats, codes)),
+    }
+
+
+def _peak() -> int:
+    """Peak memory of this process in bytes, since it was last reset (Linux)."""
+    line = next(line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith("VmHWM"))
+    return 1024 * int(line.split()[1])
+
+
+def _best(work: Callable[[], object]) -> float:
+    """Least CPU seconds of three runs, or of one that takes long."""
+    times: list[float] = []
+    while len(times) < 3 and sum(times) < 3:
+        start = time.process_time()
+        work()
+        times.append(time.process_time() - start)
+    return min(times)
+
+
+def score_rows(rows: list[Row], folder: Path) -> list[list[str]]:
+    """Scores of one map in every format, and how far they lie from the first's."""
+    arena, grid = arena_map()
+    lines: list[list[str]] = []
+    first: list[float] = []
+    for number, row in enumerate(rows):
+        place = folder / f"score{number}"
+        place.mkdir()
+        points = _points(evaluate(read_map(row.write(place, grid), **row.options), arena))
+        first = first or points
+        apart = max(abs(a - b) for a, b in zip(points, first, strict=True))
+        over = " (over)" * (apart > row.points)
+        lines.append([row.name, *(f"{value:.1f}" for value in points), f"{apart:.2f}{over}"])
+    return lines
+
+
+def _points(report: Report) -> list[float]:
+    values = {**report.attributes.by_name, "overall": report.attributes.overall}
+    return [100 * (values[name].value or 0.0) for name in ATTRIBUTES]
+
+
+def main() -> int:
+    """Measure, print, and write unless only some formats were asked for."""
+    words = sys.argv[1:]
+    if words and words[0] in {"--time", "--memory"}:
+        print(json.dumps(measured(words[0], words[1], Path(words[2]))))
+        return 0
+    rows = [row for row in ROWS if not words or any(word.lower() in row.name.lower() for word in words)]
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        big = large(arena_map()[1])
+        (folder / "speed").mkdir()
+        text = "## Formats\n\n" + RULE + "\n"
+        text += table(SPEED_HEAD, [speed_row(row, big, folder / "speed") for row in rows if row.speed])
+        text += "\n" + SAME + "\n"
+        text += table(["format", *(a.replace("_", " ") for a in ATTRIBUTES), "apart"], score_rows(rows, folder))
+    if not words:
+        write_section("formats", text)
+    sys.stdout.write(text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

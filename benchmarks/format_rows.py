@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
+from benchmarks.robocup_picture import clean_picture, marked_picture
+from fidmap.maps.robocup.write import FACTOR, write_geotiff
 from fidmap.maps.write import greys, write_map
 from fidmap.model import Grid
 
@@ -22,7 +24,7 @@ class Row:
     """One format: `write` makes `folder/name...` and returns what is read; `decode` returns the decoded bytes.
 
     options: what `read_map` needs beside the path. points: how far attributes may lie from the PGM's.
-    speed: whether it takes part in the table of times (writing 4000 x 4000 cells may take too long).
+    across: pixels across a cell, so that pictures of times and memory have the same size in pixels.
     """
 
     name: str
@@ -30,7 +32,7 @@ class Row:
     decode: Callable[[Path], int]
     options: dict[str, Any] = field(default_factory=dict)
     points: float = 1.0
-    speed: bool = True
+    across: int = 1
 
 
 def pillow(path: Path) -> int:
@@ -70,6 +72,21 @@ def _wide(image: Image.Image) -> Image.Image:
     return Image.fromarray(np.asarray(image).astype(np.uint16) * 257)
 
 
+def _geotiff(folder: Path, grid: Grid) -> Path:
+    write_geotiff(folder / "geotiff.tif", grid)
+    return folder / "geotiff.tif"
+
+
+def _picture(draw: Callable[[Grid], Any], name: str, **options: object) -> Callable[[Path, Grid], Path]:
+    """A rescue map without tags: its scale is measured in the picture."""
+
+    def write(folder: Path, grid: Grid) -> Path:
+        Image.fromarray(draw(grid)).save(folder / name, **options)  # type: ignore[arg-type]
+        return folder / name
+
+    return write
+
+
 ROWS = (
     Row("map_server, PGM", _pgm, pillow),
     Row("map_server, ASCII PGM", _plain_pgm, pillow),
@@ -79,4 +96,8 @@ ROWS = (
     Row("map_server, PNG of 16 bit", _with_image("wide", "png", _wide), pillow),
     Row("map_server, BMP", _with_image("bmp", "bmp", lambda image: image), pillow),
     Row("map_server, JPEG", _with_image("jpg", "jpg", lambda image: image), pillow),
+    Row("RoboCup GeoTIFF", _geotiff, pillow, across=FACTOR),
+    Row("RoboCup PNG", _picture(clean_picture, "clean.png"), pillow, across=FACTOR),
+    Row("RoboCup PNG, 12 victims and other marks", _picture(marked_picture, "marks.png"), pillow, across=FACTOR),
+    Row("RoboCup JPEG, the same", _picture(marked_picture, "marks.jpg", quality=85), pillow, across=FACTOR),
 )

@@ -14,7 +14,7 @@ from fidmap.maps import read_map
 from fidmap.model import Pose2
 from map_files import sentence, write_map, write_pgm, write_yaml
 
-READABLE = "a map_server YAML or a PGM, PNG, BMP or JPEG image"
+READABLE = "a map_server YAML or a PGM, PNG, BMP, JPEG or TIFF image"
 TOO_LARGE = "announces 100000 x 100000 cells; at most 400 million are read, so crop it or save it with larger cells"
 KEYS = "image, resolution, origin, negate, occupied_thresh, free_thresh"
 
@@ -40,7 +40,7 @@ def png_header(width: int, height: int) -> bytes:
         (
             "m.tif",
             b"II*\0\x08\0\0\0\xff\xfe",
-            f"m.tif is neither a map_server YAML nor an image; expected {READABLE}",
+            "m.tif is a broken or truncated TIFF image; expected a whole one, so copy or save the map again",
         ),
         ("m.txt", b"hello", f"m.txt is neither a map_server YAML nor an image; expected {READABLE}"),
         (
@@ -114,7 +114,7 @@ def test_missing_image(tmp_path: Path, named: str) -> None:
     ("content", "text"),
     [
         (b"", f"is empty (0 bytes); expected {READABLE}, so save the map again"),
-        (b"GIF89a", "is not a PGM, PNG, BMP or JPEG image; save the map in one of these formats"),
+        (b"GIF89a", "is not a PGM, PNG, BMP, JPEG or TIFF image; save the map in one of these formats"),
         (
             b"version https://git-lfs.github.com/spec/v1\n",
             "is a Git LFS pointer, not the image itself; fetch it with `git lfs pull`",

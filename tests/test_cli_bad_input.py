@@ -13,7 +13,7 @@ import pytest
 
 from command_line import ONE, documents, evening, fault, fidmap
 
-READABLE = "a map_server YAML or a PGM, PNG, BMP or JPEG image"
+READABLE = "a map_server YAML or a PGM, PNG, BMP, JPEG or TIFF image"
 
 
 @pytest.fixture(autouse=True)
@@ -57,7 +57,7 @@ MAPS: list[tuple[str, Callable[[], object], str]] = [
      "good.yaml: its image good.pgm is truncated: 229 x 188 cells need 43052 values or bytes, 21518 are there; copy "
  "or save the map again"),
     ("wrong magic", bytes_of("good.pgm", b"P9\n1 1\n255\n\0"),
-     "good.yaml: its image good.pgm is not a PGM, PNG, BMP or JPEG image; save the map in one of these formats"),
+     "good.yaml: its image good.pgm is not a PGM, PNG, BMP, JPEG or TIFF image; save the map in one of these formats"),
     ("empty image", bytes_of("good.pgm", b""),
      f"good.yaml: its image good.pgm is empty (0 bytes); expected {READABLE}, so save the map again"),
     ("too large", bytes_of("good.pgm", huge_png()),

@@ -5,16 +5,14 @@ The format is recognised by content; docs/formats.md says exactly what is read.
 
 from __future__ import annotations
 
-import hashlib
 import os
 from pathlib import Path
 
-from fidmap.maps import formats, images, map_server
-from fidmap.maps.cells import Flavour, Meaning, code_table, to_grid
-from fidmap.maps.files import MAX_IMAGE_BYTES, fault, printable, read_bytes
-from fidmap.maps.oddities import oddities
+from fidmap.maps import formats, images, map_server, plain
+from fidmap.maps.cells import Flavour
+from fidmap.maps.files import fault, printable, read_bytes
 from fidmap.maps.overrides import OriginAt, Overrides
-from fidmap.model import Finding, Grid, MapFileError, Pose2, Source
+from fidmap.model import Finding, Grid, MapFileError, Pose2
 
 __all__ = ["main_file", "read_map"]
 
@@ -84,27 +82,4 @@ def _read(file: Path, name: str, overrides: Overrides) -> Grid:
         )
         note = Finding("note", "image-uses-yaml", text, "--resolution M_PER_CELL")
         return map_server.read(own, name, overrides, (note,))
-    return _read_plain(file, name, overrides)
-
-
-def _read_plain(file: Path, name: str, overrides: Overrides) -> Grid:
-    """An image without a YAML: white is free, black is occupied, thresholds as ROS map savers write them."""
-    if overrides.resolution_m is None:
-        raise fault(
-            name,
-            "is an image without a YAML beside it that names it; give its scale with --resolution M_PER_CELL",
-        )
-    plain = Meaning(overrides.resolution_m)
-    meaning = Meaning(
-        overrides.resolution_m,
-        overrides.corner(overrides.origin or plain.origin, overrides.resolution_m),
-        False,
-        plain.free_thresh if overrides.free_thresh is None else overrides.free_thresh,
-        plain.occupied_thresh if overrides.occupied_thresh is None else overrides.occupied_thresh,
-        flavour=overrides.flavour or plain.flavour,
-    )
-    data = read_bytes(file, name, MAX_IMAGE_BYTES, "an image")
-    raster = images.decode(data, name, meaning.channels)
-    table = code_table(meaning, raster.parts)
-    source = Source(name, hashlib.sha256(data).hexdigest(), "image", oddities(raster, meaning, table))
-    return to_grid(raster, meaning, table, source)
+    return plain.read(file, name, overrides)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from fidmap.model import MapFileError
 
-READABLE = "a map_server YAML or a PGM, PNG, BMP or JPEG image"
+READABLE = "a map_server YAML or a PGM, PNG, BMP, JPEG or TIFF image"
 MAX_IMAGE_BYTES = 1_200_000_000
 MAX_CELLS = 400_000_000
 

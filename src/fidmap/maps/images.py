@@ -1,6 +1,6 @@
 """Image files as grey values, the way nav2_map_server sees them; the only place that knows pixels.
 
-Pillow decodes PNG, BMP and JPEG (OpenCV's imread misreads some PGM files). The decoders are
+Pillow decodes PNG, BMP, JPEG and TIFF (OpenCV's imread misreads some PGM files). The decoders are
 called directly, not by `Image.open`: only the formats named here, by content, under our own bound on size.
 """
 
@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
-from PIL import BmpImagePlugin, ImageFile, JpegImagePlugin, PngImagePlugin
+from PIL import BmpImagePlugin, ImageFile, JpegImagePlugin, PngImagePlugin, TiffImagePlugin
 
 from fidmap.maps import netpbm
 from fidmap.maps.files import check_size, fault
@@ -26,7 +26,10 @@ _DECODERS: dict[bytes, tuple[str, type[ImageFile.ImageFile]]] = {
     b"\x89PNG\r\n\x1a\n": ("PNG", PngImagePlugin.PngImageFile),
     b"\xff\xd8\xff": ("JPEG", JpegImagePlugin.JpegImageFile),
     b"BM": ("BMP", BmpImagePlugin.BmpImageFile),
+    b"II*\0": ("TIFF", TiffImagePlugin.TiffImageFile),
+    b"MM\0*": ("TIFF", TiffImagePlugin.TiffImageFile),
 }
+_MODES = {"1", "L", "LA", "I;16", "I;16B", "P", "PA", "RGB", "RGBA", "RGBX", "CMYK", "YCbCr"}
 _BLOCK_ROWS = 64
 Channels = Literal["brightness", "mean", "mean-with-alpha"]
 
@@ -48,23 +51,46 @@ def is_image(data: bytes) -> bool:
     return netpbm.is_netpbm(data) or any(data.startswith(magic) for magic in _DECODERS)
 
 
-def decode(data: bytes, subject: object, channels: Channels = "brightness") -> Raster:
-    """Decode an image to grey values: 16 bit floor(v / 257), colour floor(0.299 R + 0.587 G + 0.114 B).
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A decoded file before anybody said what its pixels mean: Pillow's image, or the samples of a netpbm file."""
 
-    With another word for `channels` a colour is the sum of its channels instead (see `Raster`).
+    format: str
+    image: ImageFile.ImageFile | None
+    samples: netpbm.Samples | None = None
+
+
+def decode(data: bytes, subject: object, channels: Channels = "brightness") -> Raster:
+    """Decode an image to grey values: see `load` and `in_greys`."""
+    return in_greys(load(data, subject), channels)
+
+
+def load(data: bytes, subject: object) -> Picture:
+    """Decode an image.
 
     Raises:
         MapFileError: not an image read here, broken, truncated, or beyond the bound on cells.
     """
     if netpbm.is_netpbm(data):
-        samples = netpbm.decode(data, subject)
-        return _combined(samples, channels) if samples.ndim == 3 else Raster(samples.astype(np.uint8, copy=False))
+        return Picture("PNM", None, netpbm.decode(data, subject))
     for magic, (name, decoder) in _DECODERS.items():
         if data.startswith(magic):
-            return _raster(_load(data, name, decoder, subject), channels)
+            return Picture(name, _load(data, name, decoder, subject))
     if data.startswith(b"version https://git-lfs"):
         raise fault(subject, "is a Git LFS pointer, not the image itself; fetch it with `git lfs pull`")
-    raise fault(subject, "is not a PGM, PNG, BMP or JPEG image; save the map in one of these formats")
+    raise fault(subject, "is not a PGM, PNG, BMP, JPEG or TIFF image; save the map in one of these formats")
+
+
+def in_greys(picture: Picture, channels: Channels = "brightness") -> Raster:
+    """Grey values: 16 bit floor(v / 257), colour floor(0.299 R + 0.587 G + 0.114 B).
+
+    With another word for `channels` a colour is the sum of its channels instead (see `Raster`).
+    """
+    if picture.image is not None:
+        return _raster(picture.image, channels)
+    samples = picture.samples
+    assert samples is not None, "a picture has an image or samples"
+    return _combined(samples, channels) if samples.ndim == 3 else Raster(samples.astype(np.uint8, copy=False))
 
 
 def _load(data: bytes, name: str, decoder: type[ImageFile.ImageFile], subject: object) -> ImageFile.ImageFile:
@@ -77,6 +103,8 @@ def _load(data: bytes, name: str, decoder: type[ImageFile.ImageFile], subject: o
             # Pillow forgets how many bits a grey PNG had, while its transparent grey is given in those bits.
             image.info["fidmap_bits"] = {"L;2": 2, "L;4": 4}.get(_raw_mode(image), 8)
             image.load()
+            if image.mode not in _MODES:
+                raise fault(subject, f"holds samples of kind {image.mode}; save the map with 8 or 16 bits per pixel")
     except (MapFileError, MemoryError):
         raise
     # A decoder fed with hostile bytes raises nearly anything: OSError, SyntaxError, struct.error, IndexError.
@@ -97,7 +125,7 @@ def _raw_mode(image: ImageFile.ImageFile) -> str:
 def _raster(image: ImageFile.ImageFile, wanted: Channels) -> Raster:
     """Grey values and transparency of a loaded image, whatever its mode."""
     mode, clear = image.mode, image.info.get("transparency")
-    if wanted != "brightness" and (mode not in {"L", "1", "I;16"} or clear is not None):
+    if wanted != "brightness" and (mode not in {"L", "1", "I;16", "I;16B"} or clear is not None):
         opaque = "A" not in mode and clear is None
         return _combined(np.asarray(image.convert("RGB" if opaque else "RGBA")), wanted)
     if mode == "P":
@@ -107,8 +135,8 @@ def _raster(image: ImageFile.ImageFile, wanted: Channels) -> Raster:
         grey = np.ascontiguousarray(channels[..., 0]) if mode == "LA" else _luma(channels[..., :3])
         transparent = channels[..., -1] < 255
         return Raster(grey, transparent if transparent.any() else None)
-    if mode == "I;16":
-        wide = np.asarray(image)
+    if mode.startswith("I;16"):
+        wide = np.asarray(image).astype(np.uint16, copy=False)
         narrow = look_up((np.arange(65536) // 257).astype(np.uint8), wide)
         return Raster(narrow, None if clear is None else wide == clear)
     if mode in {"L", "1"}:

@@ -1,0 +1,170 @@
+"""A rescue map to a grid: classify colours, find the scale, recover the cells, restore what was drawn over."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from fidmap.maps.files import fault
+from fidmap.maps.georeference import Georeference
+from fidmap.maps.images import Picture
+from fidmap.maps.overrides import Overrides
+from fidmap.maps.robocup.cells import COVERED, Enlargement, enlargement, to_cells
+from fidmap.maps.robocup.palette import Kind, kinds_of, looks_like_one
+from fidmap.maps.robocup.restore import restored
+from fidmap.maps.robocup.scale import pixels_per_metre
+from fidmap.maps.tables import look_up
+from fidmap.model import Finding, Grid, Label, Pose2, Source
+
+Bytes = npt.NDArray[np.uint8]
+SAMPLE = 300_000
+_BLOCK_ROWS = 64
+_OCCUPANCY = np.array([0, np.nan, 1], np.float32)
+
+
+def recognised(picture: Picture) -> Bytes | None:
+    """(H, W) kinds of a picture in the colours of rescue maps; None for any other picture."""
+    pixels, palette = _pixels(picture)
+    if pixels is None:
+        return None
+    stride = max(1, math.isqrt(pixels.shape[0] * pixels.shape[1] // SAMPLE))
+    some = pixels[stride // 2 :: stride, stride // 2 :: stride]
+    sample = (some if palette is None else palette[some]).reshape(-1, 3)
+    if not looks_like_one(kinds_of(sample), sample):
+        return None
+    if palette is not None:
+        return look_up(kinds_of(palette), pixels)
+    kinds = np.empty(pixels.shape[:2], np.uint8)
+    for top in range(0, len(pixels), _BLOCK_ROWS):
+        kinds[top : top + _BLOCK_ROWS] = kinds_of(pixels[top : top + _BLOCK_ROWS, :, :3])
+    return kinds
+
+
+def _pixels(picture: Picture) -> tuple[Bytes | None, Bytes | None]:
+    """Colours (H, W, 3 or 4), or indices (H, W) and their palette (256, 3); nothing where there is no colour."""
+    if picture.image is None:
+        samples = picture.samples
+        coloured = samples is not None and samples.ndim == 3 and samples.dtype == np.uint8
+        return (samples.astype(np.uint8, copy=False), None) if coloured and samples is not None else (None, None)
+    if picture.image.mode == "P":
+        palette = np.zeros((256, 3), np.uint8)
+        entries = np.frombuffer(bytes(picture.image.getpalette("RGB") or []), np.uint8).reshape(-1, 3)[:256]
+        palette[: len(entries)] = entries
+        return np.asarray(picture.image), palette
+    if picture.image.mode in {"RGB", "RGBA", "RGBX"}:
+        return np.asarray(picture.image)[..., :3], None
+    if picture.image.mode in {"CMYK", "YCbCr"}:
+        return np.asarray(picture.image.convert("RGB")), None
+    return None, None
+
+
+def read(picture: Picture, kinds: Bytes, place: Georeference | None, overrides: Overrides, source: Source) -> Grid:
+    """The grid of a recognised picture.
+
+    Raises:
+        MapFileError: neither tags nor world file nor drawn scale say how large a cell is.
+    """
+    if picture.format == "JPEG":
+        _settle_bars(kinds)
+    metre = None if place or overrides.resolution_m else pixels_per_metre(kinds, _green(picture))
+    if place is None and overrides.resolution_m is None and metre is None:
+        raise fault(
+            source.name,
+            "is in the colours of a rescue map, but has neither GeoTIFF tags nor a world file nor a scale bar; give "
+            "the side of a cell with --resolution M_PER_CELL",
+        )
+    _settle_margin(kinds)
+    kinds[kinds == Kind.BAR] = Kind.OVER
+    crosbot = place is not None and place.source == "world file, y upwards"
+    scale = Enlargement() if crosbot else enlargement(kinds, 0.75 if picture.format == "JPEG" else 0.9)
+    pixel_m = place.pixel_m if place else 1 / metre if metre else 0.0
+    resolution_m = overrides.resolution_m or pixel_m * scale.factor
+    cells = to_cells(kinds, scale)
+    findings = _findings(cells, scale, place, metre)
+    labels = restored(cells, resolution_m)
+    upright, pose = _placed(labels, scale, place)
+    origin = overrides.corner(overrides.origin or pose, resolution_m)
+    occupancy = look_up(_OCCUPANCY, np.ascontiguousarray(upright))
+    return Grid(occupancy, resolution_m, origin, source=replace(source, findings=findings))
+
+
+def _green(picture: Picture) -> Bytes:
+    """Brightness enough to tell the two tiles apart, without another copy of all colours."""
+    if picture.image is not None and picture.image.mode in {"RGB", "RGBA", "RGBX"}:
+        return np.asarray(picture.image.getchannel("G"))
+    pixels, palette = _pixels(picture)
+    assert pixels is not None, "only pictures in colour are recognised"
+    return pixels[..., 1] if palette is None else look_up(np.ascontiguousarray(palette[:, 1]), pixels)
+
+
+def _settle_bars(kinds: Bytes) -> None:
+    """JPEG cannot tell walls from the scale bar by single pixels: what hangs together is all wall or all bar."""
+    dark = (kinds == Kind.WALL) | (kinds == Kind.BAR)
+    count, parts = cv2.connectedComponents(dark.view(np.uint8), connectivity=8, ltype=cv2.CV_32S)
+    part = parts[dark]
+    del parts
+    bars = np.bincount(part[kinds[dark] == Kind.BAR], minlength=count)
+    kind = np.where(2 * bars > np.bincount(part, minlength=count), np.uint8(Kind.BAR), np.uint8(Kind.WALL))
+    kinds[dark] = kind[part]
+
+
+def _settle_margin(kinds: Bytes) -> None:
+    """Grey that hangs together with the picture's rim is margin, so unknown; elsewhere it is free space."""
+    grey = kinds == Kind.GREY
+    if not grey.any():
+        return
+    padded = np.pad(grey, 1, constant_values=True).view(np.uint8)
+    cv2.floodFill(padded, None, (0, 0), 2)
+    kinds[grey] = np.where(padded[1:-1, 1:-1][grey] == 2, np.uint8(Kind.UNKNOWN), np.uint8(Kind.FREE))
+
+
+def _placed(labels: Bytes, scale: Enlargement, place: Georeference | None) -> tuple[Bytes, Pose2]:
+    """Labels with row 0 lowest and the pose of their corner: +x up the picture where it was drawn so.
+
+    hector's world file has east = -y and north = x, and names a place one pixel beyond the corner where the format
+    says half a pixel within it.
+    """
+    h, w, k = *labels.shape, scale.factor
+    low, right = scale.top + h * k, scale.left + w * k
+    if place is None:
+        return labels[::-1], Pose2()
+    if place.source == "world file":
+        corner = replace(place, east_m=place.east_m + 1.5 * place.pixel_m, north_m=place.north_m - 1.5 * place.pixel_m)
+        east, north = corner.at(right, low)
+        return labels[::-1, ::-1].T, Pose2(north, -east, place.yaw)
+    if place.source == "tags" and abs(place.yaw) > 1e-9:
+        return labels[::-1, ::-1].T, Pose2(*place.at(right, low), _turned(place.yaw + math.pi / 2))
+    return labels[::-1], place.pose(scale.left, low)
+
+
+def _turned(angle: float) -> float:
+    """An angle in (-pi, pi], without the noise of a quarter turn there and back."""
+    wrapped = math.remainder(angle, 2 * math.pi)
+    return 0.0 if abs(wrapped) < 1e-12 else wrapped
+
+
+def _findings(cells: Bytes, scale: Enlargement, place: Georeference | None, metre: float | None) -> tuple[Finding, ...]:
+    """What was done to the picture, and what to check."""
+    covered = float((cells == COVERED).mean())
+    k = f" from {scale.factor} x {scale.factor} pixels per cell" if scale.factor > 1 else ""
+    text = f"read by the colours of rescue maps{k}"
+    if covered:
+        text += f"; {covered:.1%} of the cells are drawn over (marks, path, text) and were filled from around them"
+    found = [Finding("note", "robocup-colours", text)]
+    if metre is not None:
+        text = (
+            f"the scale was measured in the picture ({metre:.1f} pixels per metre) and is as exact as that drawing: "
+            "give the side of a cell where it is known, since a wrong scale shifts all distances"
+        )
+        found.append(Finding("note", "scale-from-picture", text, "--resolution M_PER_CELL"))
+    if place is not None and place.source == "world file, y upwards":
+        text = "the world file's fourth line is positive though rows run down; it was read as running down"
+        found.append(Finding("note", "world-file-upwards", text))
+    if not (cells == Label.OCCUPIED).any():
+        text = "no cell is occupied, so no barrel part can be found and the coverage is 0"
+        found.append(Finding("warning", "nothing-occupied", text))
+    return tuple(found)

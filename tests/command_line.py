@@ -73,11 +73,13 @@ def evening(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 _REPORTS: dict[str, Report] = {}
 
 
-def remembered(grid: Grid, arena: Arena, settings: Settings, start: StartPose | None = None) -> Report:
+def remembered(
+    grid: Grid, arena: Arena, settings: Settings, start: StartPose | None = None, *, fast: bool = False
+) -> Report:
     """`evaluate`, once per grid, arena, settings and start pose."""
     read_with = (grid.source.sha256, grid.resolution_m, grid.origin, grid.free_thresh, grid.occupied_thresh)
-    key = repr((*read_with, arena, settings, start))
+    key = repr((*read_with, arena, settings, start, fast))
     if key not in _REPORTS:
-        _REPORTS[key] = evaluate(grid, arena, settings, start)
+        _REPORTS[key] = evaluate(grid, arena, settings, start, fast=fast)
     found = _REPORTS[key]
     return replace(found, map=grid.source, findings=(*grid.source.findings, *found.assignment.findings))

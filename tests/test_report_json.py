@@ -66,7 +66,7 @@ def test_every_null_has_its_reason_beside_it() -> None:
         assert reason, path
 
 
-def test_bounds_are_null_until_they_are_certified() -> None:
+def test_bounds_are_null_unless_they_are_certified() -> None:
     found = document()["registration"]
 
     assert found["upper_bound"] is None

@@ -16,8 +16,12 @@ SHOWN_CONFIDENCE = 0.2
 NO_MAP = Source()
 
 
-def evaluate(grid: Grid, arena: Arena, settings: Settings = CONTINUOUS, start: StartPose | None = None) -> Report:
+def evaluate(
+    grid: Grid, arena: Arena, settings: Settings = CONTINUOUS, start: StartPose | None = None, *, fast: bool = False
+) -> Report:
     """Score a map: trinarize, find barrel parts, assign and register them, compute the attributes.
+
+    `fast` leaves out the proof that no registration is better.
 
     Raises:
         ArenaFileError: the arena has no positions, so nothing can be assigned by itself.
@@ -25,7 +29,7 @@ def evaluate(grid: Grid, arena: Arena, settings: Settings = CONTINUOUS, start: S
     """
     parts = find_barrel_parts(trinarize(grid), arena.radius_m)
     shown = min(SHOWN_CONFIDENCE, settings.min_confidence)
-    return _report([p for p in parts if p.confidence >= shown], arena, settings, start, grid.source)
+    return _report([p for p in parts if p.confidence >= shown], arena, settings, start, grid.source, fast)
 
 
 def evaluate_points(
@@ -35,6 +39,8 @@ def evaluate_points(
     start: StartPose | None = None,
     grid: Grid | None = None,
     source: Source = NO_MAP,
+    *,
+    fast: bool = False,
 ) -> Report:
     """Score barrel parts that somebody located; `grid` is the map they stand in, `source` stands for it without one.
 
@@ -42,16 +48,17 @@ def evaluate_points(
         ArenaFileError: the arena has no positions and no part was fixed by hand.
     """
     if grid is None:
-        return _report(parts, arena, settings, start, source)
-    return _report(with_spreads(trinarize(grid), parts, arena.radius_m), arena, settings, start, grid.source)
+        return _report(parts, arena, settings, start, source, fast)
+    measured = with_spreads(trinarize(grid), parts, arena.radius_m)
+    return _report(measured, arena, settings, start, grid.source, fast)
 
 
 def _report(
-    parts: Sequence[BarrelPart], arena: Arena, settings: Settings, start: StartPose | None, source: Source
+    parts: Sequence[BarrelPart], arena: Arena, settings: Settings, start: StartPose | None, source: Source, fast: bool
 ) -> Report:
     """Register, score and collect."""
     parts = tuple(parts)
-    assignment = register(parts, arena, settings, start)
+    assignment = register(parts, arena, settings, start, fast)
     scores = attributes(parts, arena, assignment, settings)
     findings = (*source.findings, *assignment.findings)
     return Report(source, arena, settings, parts, assignment, scores, findings, __version__, start)

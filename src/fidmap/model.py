@@ -315,13 +315,15 @@ class Assignment:
 
     barrel_of: per fiducial part (in the arena's order) the index of its barrel part, or None.
     fixed: per fiducial part whether a human said so. transform: T_truth_map of the maximum, None where the
-    arena has no positions or nothing was assigned. value: the maximised sum of 1 - min(q(d), D)/D.
+    arena has no positions or nothing was assigned. value: the maximised sum of 1 - min(q(d), D)/D. upper_bound: no
+    placement within the settings has a greater one, None where none was proven.
     """
 
     barrel_of: tuple[int | None, ...]
     fixed: tuple[bool, ...]
     transform: Transform | None
     value: float
+    upper_bound: float | None = None
     findings: tuple[Finding, ...] = ()
 
 

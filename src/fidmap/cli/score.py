@@ -44,6 +44,9 @@ def score(
             "--start-pose", metavar="X_M,Y_M,YAW_DEG[,SIGMA_M,SIGMA_DEG]", help="Where the map's origin stands."
         ),
     ] = None,
+    fast: Annotated[
+        bool, typer.Option("--fast", help="For sweeps: do not prove that no other registration is better.")
+    ] = False,
     resolution: options.Resolution = None,
     origin: options.Origin = None,
     free_thresh: options.FreeThresh = None,
@@ -77,7 +80,8 @@ def score(
         topic=topic, time_s=time, flavour=flavour, origin_at=origin_at,
     )  # fmt: skip
     kept: Sequence[str | None] = distinct(paths, resolution is not None) or [None]
-    jobs = [ScoreJob(path, truth, settings, overrides, points, start, draw=out is not None) for path in kept]
+    drawn = out is not None
+    jobs = [ScoreJob(path, truth, settings, overrides, points, start, drawn, fast) for path in kept]
     rows = _run(jobs, output, json, workers)
     if not json:
         _print_table(rows)

@@ -1,8 +1,9 @@
 """Barrel parts + arena -> assignment and transform: the maximum that defines relative accuracy (SSRR 2011, II-B-2).
 
-A search over the capped score itself, not least squares: many placements from few points, scored with shared
-parts, the best of them polished by alternating exact matching and truncated-L1 fitting. Its effort is bounded by
-counts, never by time, and it works in an order of its own, so that the order of its inputs does not matter.
+A search over the capped score itself, not least squares. The peaks of a coarse sweep of all placements are climbed by
+exact matchings and truncated-L1 fits in turn; a sweep with inflated images, then branch and bound over what it leaves
+open, prove that nothing else is better. Its effort is bounded by counts, never by time, and it works in an order of
+its own, so that the order of its inputs does not matter.
 """
 
 from __future__ import annotations
@@ -12,20 +13,20 @@ from dataclasses import replace
 from fidmap.model import Arena, ArenaFileError, Assignment, BarrelPart, Settings, StartPose, Transform
 from fidmap.register.displaced import displaced_submaps
 from fidmap.register.findings import name_findings
+from fidmap.register.optimum import displacement, find
 from fidmap.register.polish import Placement
 from fidmap.register.problem import Problem, make_problem
-from fidmap.register.search import displacement, local_maxima
 
 __all__ = ["register"]
 
 
 def register(
-    parts: tuple[BarrelPart, ...], arena: Arena, settings: Settings, start: StartPose | None = None
+    parts: tuple[BarrelPart, ...], arena: Arena, settings: Settings, start: StartPose | None = None, fast: bool = False
 ) -> Assignment:
     """The assignment and T_truth_map that maximise the sum over assigned parts of 1 - min(q(d), D)/D.
 
     Parts that a human fixed are always assigned. An arena without positions gets only those. With a start pose
-    only placements within its three sigma are searched; the value gets no prior.
+    only placements within its three sigma are searched; the value gets no prior. `fast` leaves the proof out.
 
     Raises:
         ArenaFileError: positions are missing and no part was fixed.
@@ -35,7 +36,7 @@ def register(
     by_place = sorted(range(len(parts)), key=lambda j: _place_of(parts[j]))
     by_id = sorted(range(len(arena.parts)), key=lambda i: arena.parts[i].id)
     ordered = replace(arena, parts=tuple(arena.parts[i] for i in by_id))
-    found = _register(tuple(parts[j] for j in by_place), ordered, settings, start)
+    found = _register(tuple(parts[j] for j in by_place), ordered, settings, start, fast)
     barrel_of: list[int | None] = [None] * len(by_id)
     for i, j in zip(by_id, found.barrel_of, strict=True):
         barrel_of[i] = None if j is None else by_place[j]
@@ -43,20 +44,24 @@ def register(
     return replace(found, barrel_of=tuple(barrel_of), fixed=fixed)
 
 
-def _register(parts: tuple[BarrelPart, ...], arena: Arena, settings: Settings, start: StartPose | None) -> Assignment:
+def _register(
+    parts: tuple[BarrelPart, ...], arena: Arena, settings: Settings, start: StartPose | None, fast: bool
+) -> Assignment:
     """Register parts that stand in order; an arena with positions."""
     count = len(arena.parts)
     problem = make_problem(parts, arena, settings)
-    maxima = local_maxima(problem, start)
-    if not maxima:
-        return Assignment((None,) * count, (False,) * count, None, 0.0)
-    chosen = _nearest(problem, maxima) if arena.frame == "map" else maxima[0]
+    optimum = find(problem, start, fast)
+    if not optimum.maxima:
+        return Assignment((None,) * count, (False,) * count, None, 0.0, optimum.upper_bound)
+    chosen = _nearest(problem, optimum.maxima) if arena.frame == "map" else optimum.maxima[0]
     barrel_of: list[int | None] = [None] * count
     for i, j in chosen.pairs:
         barrel_of[int(i)] = int(j)
-    findings = name_findings(chosen, maxima[0], parts, arena, settings)
+    findings = name_findings(chosen, optimum.maxima[0], parts, arena, settings)
     findings += displaced_submaps(problem, chosen, [part.id for part in arena.parts])
-    return Assignment(tuple(barrel_of), (False,) * count, chosen.transform, chosen.value, findings)
+    return Assignment(
+        tuple(barrel_of), (False,) * count, chosen.transform, chosen.value, optimum.upper_bound, findings=findings
+    )
 
 
 def _place_of(part: BarrelPart) -> tuple[float | str, ...]:

@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from fidmap.geometry import apply, turn_directions
 from fidmap.model import Finding, FloatArray, Transform
+from fidmap.register.optimum import displacement, local_maxima
 from fidmap.register.polish import Placement
 from fidmap.register.problem import Problem
-from fidmap.register.search import displacement, local_maxima
 
 LEAST_PARTS = 3
 Indices = npt.NDArray[np.intp]

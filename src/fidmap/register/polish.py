@@ -1,4 +1,4 @@
-"""From a rough placement to a local maximum of the capped score."""
+"""Placements with their worth, told apart where they are equally good."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from fidmap.geometry import apply, as_complex, weighted_similarity
 from fidmap.model import FloatArray, StartPose, Transform
-from fidmap.register.hypotheses import nearest_within, within
 from fidmap.register.problem import Problem
+from fidmap.register.start_pose import nearest_within, within
 
 # seeded trials per maximum of a discretised value
 SETTLE_ROUNDS = 24
@@ -52,46 +52,6 @@ def place(problem: Problem, transform: Transform) -> Placement:
     value, closeness, pairs = problem.match(transform)
     error = apply(transform, problem.barrels[pairs[:, 1]]) - problem.fiducials[pairs[:, 0]]
     return Placement(transform, value, closeness, pairs, float((error**2).sum()))
-
-
-def climb(problem: Problem, start: Transform, pose: StartPose | None, rounds: int, steps: int) -> Placement:
-    """Alternate exact matching and truncated-L1 fitting until the continuous value stops growing."""
-    best = place(problem, start)
-    for _ in range(rounds):
-        if len(best.pairs) == 0:
-            break
-        moved = fit_pairs(problem, best.pairs, best.transform, steps)
-        trial = place(problem, moved if pose is None else nearest_within(moved, pose))
-        if trial.closeness <= best.closeness + 1e-9:
-            break
-        best = trial
-    return best
-
-
-def fit_pairs(problem: Problem, pairs: npt.NDArray[np.intp], start: Transform, steps: int) -> Transform:
-    """Maximise sum max(0, 1 - d/D) over fixed pairs near `start` by reweighted least squares.
-
-    Each step minimises a quadratic that touches the truncated sum from below, so the value never falls (but for
-    the smoothing of d near 0). A millionth of the squares is added: it decides where the sum is flat.
-    """
-    target = as_complex(problem.fiducials[pairs[:, 0]])
-    source = as_complex(problem.barrels[pairs[:, 1]], start.mirrored)
-    z, t = start.scale * np.exp(1j * start.rotation), complex(start.tx_m, start.ty_m)
-    best, best_value, softness = (z, t), -1.0, 0.05 * problem.d_max
-    for _ in range(steps):
-        distance = np.abs(z * source + t - target)
-        near = distance < problem.d_max
-        value = float((1 - distance[near] / problem.d_max).sum() - 1e-6 * (distance @ distance))
-        settled = softness < 1e-6 and value < best_value + 1e-12
-        if value > best_value:
-            best, best_value = (z, t), value
-        if settled or not near.any():
-            break
-        weight = near / np.sqrt(distance * distance + softness * softness) + 1e-6
-        z, t = weighted_similarity(source, target, weight, problem.scale_range)
-        softness = max(softness * 0.7, 1e-7)
-    z, t = best
-    return Transform(float(np.angle(z)), t.real, t.imag, float(np.clip(abs(z), *problem.scale_range)), start.mirrored)
 
 
 def settle_squares(problem: Problem, start: Placement, pose: StartPose | None) -> Placement:

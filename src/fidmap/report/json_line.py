@@ -28,7 +28,7 @@ from fidmap.report.states import State, part_states
 Document = dict[str, Any]
 
 ATTRIBUTE_ORDER = ("coverage", "global_accuracy", "relative_accuracy", "consistency", "resolution_quality")
-UPPER_BOUND_REASON = "not certified: the search of this version gives no bound"
+UPPER_BOUND_REASON = "not certified: the quick search (--fast) leaves the proof out"
 RUNNER_UP_REASON = "not certified: the search of this version keeps no second placement"
 
 
@@ -172,6 +172,10 @@ def _no_transform_reason(report: Report) -> str:
     return "nothing was assigned"
 
 
+def _no_bound_reason(report: Report) -> str:
+    return UPPER_BOUND_REASON if report.arena.has_positions else _no_transform_reason(report)
+
+
 def _registration(report: Report) -> Document:
     found = report.assignment.transform
     reason = _no_transform_reason(report)
@@ -181,7 +185,7 @@ def _registration(report: Report) -> Document:
         **_or_reason("scale", None if found is None else found.scale, reason),
         **_or_reason("mirrored", None if found is None else found.mirrored, reason),
         "value": report.assignment.value,
-        **_or_reason("upper_bound", None, UPPER_BOUND_REASON),
+        **_or_reason("upper_bound", report.assignment.upper_bound, _no_bound_reason(report)),
         **_or_reason("runner_up", None, RUNNER_UP_REASON),
     }
 

@@ -39,7 +39,7 @@ def overrides_document(overrides: Overrides) -> Document:
 
 @dataclass(frozen=True)
 class ScoreJob:
-    """Score one map, or a points file without one (`map` is None); `draw` also makes page and picture."""
+    """Score one map, or a points file without one (`map` is None); `draw`: page and picture too; `fast`: no proof."""
 
     map: str | None
     arena: Arena
@@ -48,6 +48,7 @@ class ScoreJob:
     points: str | None = None
     start: StartPose | None = None
     draw: bool = False
+    fast: bool = False
 
     @property
     def name(self) -> str:
@@ -91,15 +92,15 @@ def died(job: ScoreJob) -> Outcome:
 
 def _evaluate(job: ScoreJob, grid: Grid | None) -> tuple[Report, Document]:
     """The report, and what beside map and arena is needed to make it again."""
-    inputs = overrides_document(job.overrides)
+    inputs = {**overrides_document(job.overrides), **({"fast": True} if job.fast else {})}
     if job.points is None:
         assert grid is not None, "a job has a map or a points file"
-        return evaluate(grid, job.arena, job.settings, job.start), inputs
+        return evaluate(grid, job.arena, job.settings, job.start, fast=job.fast), inputs
     parts = read_points(job.points)
     check_ids(parts, job.arena, job.points)
     digest = hashlib.sha256(Path(job.points).read_bytes()).hexdigest()
     source = Source(job.points, digest, "points")
-    report = evaluate_points(parts, job.arena, job.settings, job.start, grid, source)
+    report = evaluate_points(parts, job.arena, job.settings, job.start, grid, source, fast=job.fast)
     return report, {**inputs, "points": job.points, "points_sha256": digest}
 
 

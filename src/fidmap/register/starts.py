@@ -1,0 +1,74 @@
+"""Where to climb from: the peaks of a coarse sweep, all of them drawn to their maxima at once."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fidmap.model import FloatArray
+from fidmap.register.ascent import ascend, attract
+from fidmap.register.landscape import Landscape
+from fidmap.register.near import Matcher
+from fidmap.register.sweep import Sweep, raster
+
+# cell of the coarse sweep as a share of D, and how far a half turn moves the parts in such cells
+CELL_SHARE = 1 / 6
+TURN_SHARE = 1.25
+# peaks kept of every layer, of all layers, and drawn on to the end
+PEAKS = 12
+MOST = 400
+DRAWN = 48
+CLIMBED = 16
+FINISHED = 4
+# peaks whose parts lie nearer than this share of D (rms) count as one
+APART = 0.3
+
+
+def starts(land: Landscape, matcher: Matcher) -> tuple[FloatArray, FloatArray]:
+    """Local maxima of the continuous score: placements (K, 4), the best first, and their values (K,)."""
+    found = peaks(land)
+    near = APART * land.problem.d_max
+    found = found[apart(land, found, near, DRAWN)]
+    found, worth = attract(land, matcher, found, rounds=6)
+    found = found[np.argsort(-worth, kind="stable")]
+    found = found[apart(land, found, near / 4, CLIMBED)]
+    for kept, rounds, steps, decay in ((CLIMBED, 3, 5, 0.7), (FINISHED, 4, 12, 0.75)):
+        top, worth = ascend(land, matcher, np.concatenate([found[:kept], land.unmoved]), rounds, steps, decay)
+        order = np.argsort(-worth, kind="stable")
+        found, worth = top[order], worth[order]
+    return found, worth
+
+
+def peaks(land: Landscape) -> FloatArray:
+    """The best cells (K, 4) of a sweep without inflation, the greatest sums first."""
+    mesh = raster(land, CELL_SHARE * land.problem.d_max, TURN_SHARE)
+    if mesh is None:
+        return np.empty((0, 4))
+    sweep = Sweep(land, mesh, inflated=False)
+    kept, sums = [], []
+    for layer in sweep.layers(land.most / 4):
+        flat = layer.sums.ravel()
+        if len(flat) == 0:
+            continue
+        best = np.argpartition(flat, -PEAKS)[-PEAKS:] if len(flat) > PEAKS else np.arange(len(flat))
+        kept.append(layer.placements(*np.unravel_index(best, layer.sums.shape)))
+        sums.append(flat[best])
+    if not kept:
+        return np.empty((0, 4))
+    order = np.argsort(-np.concatenate(sums).astype(int), kind="stable")[:MOST]
+    return np.concatenate(kept)[order]
+
+
+def apart(land: Landscape, placements: FloatArray, least_m: float, most: int) -> list[int]:
+    """Indices of the first `most` placements that put the parts at least `least_m` (rms) from one another."""
+    middle = land.barrels[land.used].mean()
+    moved = placements[:, 3] * np.exp(1j * placements[:, 0])
+    at = placements[:, 1] + 1j * placements[:, 2] + moved * middle
+    spread = float(np.mean(np.abs(land.barrels[land.used] - middle) ** 2))
+    left = np.ones(len(placements), bool)
+    kept: list[int] = []
+    while left.any() and len(kept) < most:
+        k = int(left.argmax())
+        kept.append(k)
+        left &= np.abs(at - at[k]) ** 2 + spread * np.abs(moved - moved[k]) ** 2 >= least_m**2
+        left[k] = False
+    return kept

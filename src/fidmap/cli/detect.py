@@ -36,6 +36,8 @@ def detect(
     time: options.Time = None,
     flavour: options.Flavour = None,
     origin_at: options.OriginAt = None,
+    slab: options.Slab = None,
+    up: options.Up = None,
 ) -> None:
     """Find barrel parts in maps: arcs of a known radius, without any arena."""
     if not maps:
@@ -51,9 +53,10 @@ def detect(
 
     if out is not None:
         check_output(out)
+    heights = options.parse_slab(slab)
     overrides = Overrides(
         resolution, pose, free_thresh, occupied_thresh,
-        topic=topic, time_s=time, flavour=flavour, origin_at=origin_at,
+        topic=topic, time_s=time, flavour=flavour, origin_at=origin_at, slab_m=heights, up=up,
     )  # fmt: skip
     kept = distinct(maps, resolution is not None)
     codes = set()

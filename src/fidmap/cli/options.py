@@ -35,6 +35,11 @@ Flavour = Annotated[FlavourWord | None, typer.Option("--flavour", help="Whose ma
 OriginAt = Annotated[
     OriginWord | None, typer.Option("--origin-at", help="What of the lower-left cell the map's origin is.")
 ]
+Slab = Annotated[
+    str | None,
+    typer.Option("--slab", metavar="LOW_M,HIGH_M", help="What of a 3D map is looked at: heights above the floor."),
+]
+Up = Annotated[str | None, typer.Option("--up", metavar="AXIS", help="The axis of a 3D map that is up: z, -y, ...")]
 Json = Annotated[bool, typer.Option("--json", help="JSON Lines on stdout: one object per map, nothing else.")]
 Workers = Annotated[int, typer.Option("--workers", min=0, help="Processes; 0 takes one per core.")]
 
@@ -47,6 +52,14 @@ def parse_origin(text: str | None) -> Pose2 | None:
 
     x, y, yaw = _numbers(text, "--origin", (3,))
     return Pose2(x, y, math.radians(yaw))
+
+
+def parse_slab(text: str | None) -> tuple[float, float] | None:
+    """`LOW_M,HIGH_M`, or None."""
+    if text is None:
+        return None
+    low, high = _numbers(text, "--slab", (2,))
+    return low, high
 
 
 def parse_start_pose(text: str | None) -> StartPose | None:

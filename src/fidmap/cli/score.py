@@ -55,6 +55,8 @@ def score(
     time: options.Time = None,
     flavour: options.Flavour = None,
     origin_at: options.OriginAt = None,
+    slab: options.Slab = None,
+    up: options.Up = None,
 ) -> None:
     """Score maps against an arena: coverage, accuracy, consistency, and a weighted overall score."""
     gates, paths = split_gates(fail_under or [], maps or [])
@@ -75,9 +77,10 @@ def score(
     if out is not None:
         check_output(out)
         output = Output(out, reports_in(out))
+    heights = options.parse_slab(slab)
     overrides = Overrides(
         resolution, pose, free_thresh, occupied_thresh,
-        topic=topic, time_s=time, flavour=flavour, origin_at=origin_at,
+        topic=topic, time_s=time, flavour=flavour, origin_at=origin_at, slab_m=heights, up=up,
     )  # fmt: skip
     kept: Sequence[str | None] = distinct(paths, resolution is not None) or [None]
     drawn = out is not None

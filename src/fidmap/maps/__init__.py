@@ -28,6 +28,8 @@ def read_map(
     time_s: float | None = None,
     flavour: Flavour | None = None,
     origin_at: OriginAt | None = None,
+    slab_m: tuple[float, float] | None = None,
+    up: str | None = None,
 ) -> Grid:
     """Read a map in any format that is read: a map_server YAML with its image, a plain image, a bag, ...
 
@@ -42,12 +44,16 @@ def read_map(
         time_s: seconds after the bag begins; the last map until then is read, by default the last of all.
         flavour: whose map_server's rules: "nav2" (navigation2 main, the default), "nav2-old" or "ros1".
         origin_at: whether the origin is the "corner" (the default) or the "centre" of the lower-left cell.
+        slab_m: lowest and highest height above the floor of what a 3D map shows; by default 0.2 to 0.9 m.
+        up: which axis of a point cloud is up, "z" or "-y" and so on; by default it is found.
 
     Raises:
         MapFileError: one sentence that names the file, what is wrong, what was expected and what to do.
     """
     name = os.fspath(path)
-    overrides = Overrides(resolution_m, origin, free_thresh, occupied_thresh, topic, time_s, flavour, origin_at)
+    overrides = Overrides(
+        resolution_m, origin, free_thresh, occupied_thresh, topic, time_s, flavour, origin_at, slab_m, up
+    )  # fmt: skip
     overrides.check(name)
     try:
         return _read(Path(name), name, overrides)

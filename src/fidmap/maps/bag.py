@@ -118,4 +118,5 @@ def _grid(found: Found, name: str, overrides: Overrides, notes: tuple[Finding, .
     findings = (*notes, *label_oddities(*message.labels(free, occupied)))
     source = Source(name, hashlib.sha256(found.message.data).hexdigest(), f"bag:{found.topic}", findings)
     resolution = message.resolution_m if overrides.resolution_m is None else overrides.resolution_m
-    return Grid(occupancy, resolution, overrides.origin or message.origin, free, occupied, None, source)
+    origin = overrides.corner(overrides.origin or message.origin, resolution)
+    return Grid(occupancy, resolution, origin, free, occupied, None, source)

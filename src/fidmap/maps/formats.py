@@ -29,10 +29,20 @@ def _starts(*magics: bytes) -> Callable[[bytes], bool]:
     return lambda head: head.startswith(magics)
 
 
+def _is_pcd(head: bytes) -> bool:
+    """A text header of PCD's words, perhaps after comments."""
+    words = [line.split()[0] for line in head.splitlines()[:20] if line.strip() and not line.startswith(b"#")]
+    return words[:1] == [b"VERSION"] and b"FIELDS" in words
+
+
 FORMATS = (
     Format(_starts(b"#ROSBAG V2.0\n"), "a ROS 1 bag", "bag"),
     Format(_starts(b"\x89MCAP0\r\n"), "an MCAP file", "bag"),
     Format(_starts(b"SQLite format 3\0"), "an SQLite file", "bag"),
+    Format(_starts(b"ply\n", b"ply\r"), "a PLY file", "ply"),
+    Format(_is_pcd, "a PCD file", "pcd"),
+    Format(_starts(b"# Octomap OcTree"), "an octree", "octomap"),
+    Format(_starts(b"LASF"), "a LAS file", "las"),
 )
 
 

@@ -15,6 +15,8 @@ MIN_RESOLUTION_M = 1e-5
 MAX_TIME_S = 1e9
 OriginAt = Literal["corner", "centre"]
 ORIGINS: tuple[OriginAt, ...] = get_args(OriginAt)
+MAX_HEIGHT_M = 1e4
+AXES = {"x": (1, 0, 0), "-x": (-1, 0, 0), "y": (0, 1, 0), "-y": (0, -1, 0), "z": (0, 0, 1), "-z": (0, 0, -1)}
 
 
 @dataclass(frozen=True)
@@ -23,6 +25,7 @@ class Overrides:
 
     topic, time_s: which map of a bag; seconds after the recording began, None for the last map.
     flavour: whose map_server's rules. origin_at: what of the lower-left cell the origin is.
+    slab_m: what of a 3D map is looked at, lowest and highest height above the floor. up: the axis that is up.
     """
 
     resolution_m: float | None = None
@@ -33,6 +36,8 @@ class Overrides:
     time_s: float | None = None
     flavour: Flavour | None = None
     origin_at: OriginAt | None = None
+    slab_m: tuple[float, float] | None = None
+    up: str | None = None
 
     def corner(self, origin: Pose2, resolution_m: float) -> Pose2:
         """The pose of the lower-left cell's corner, from an origin that is meant as `origin_at` says."""
@@ -64,6 +69,15 @@ class Overrides:
         for option, word, known in (("flavour", self.flavour, FLAVOURS), ("origin-at", self.origin_at, ORIGINS)):
             if word is not None and word not in known:
                 raise fault(subject, f"cannot be read with --{option} {word}; expected {' or '.join(known)}")
+        if self.slab_m is not None and not -MAX_HEIGHT_M <= self.slab_m[0] < self.slab_m[1] <= MAX_HEIGHT_M:
+            low, high = self.slab_m
+            raise fault(
+                subject,
+                f"cannot be read with --slab {low:g},{high:g}; expected the lowest and the highest height above the "
+                "floor in metres, such as --slab 0.2,0.9",
+            )
+        if self.up is not None and self.up not in AXES:
+            raise fault(subject, f"cannot be read with --up {self.up}; expected one of {', '.join(AXES)}")
 
 
 def is_resolution(value: float) -> bool:

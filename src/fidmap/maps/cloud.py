@@ -1,0 +1,238 @@
+"""A point cloud to a grid: the slab at the height of barrels, seen from above.
+
+Two passes over the points: one for their extent and a sample in which the floor is looked for, one that counts
+the points over each cell. Points are never all in memory unless their format has to be decoded slowly.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from fidmap.maps.cursor import BrokenRecordError
+from fidmap.maps.files import fault
+from fidmap.maps.floor import Floor, find_floor
+from fidmap.maps.overrides import Overrides
+from fidmap.maps.slab import MAX_SLAB_CELLS, slab_grid, slab_of
+from fidmap.model import FloatArray, Grid
+
+MAX_POINTS = 500_000_000
+CHUNK_POINTS = 500_000
+SAMPLE_POINTS = 300_000
+FINEST_M = 0.025
+OFF_LATTICE = 0.75  # cells: points of voxel grids, centred or not, must not lie on the borders of cells
+FACTORS = (1, 2, 4)
+FLOOR_BLOCK_M = 0.1
+FLOOR_BELOW_M, FLOOR_ABOVE_M = 0.15, 0.1
+KEPT_TILT = math.radians(2)
+Points = npt.NDArray[np.float32] | npt.NDArray[np.float64]
+Counts = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """A file's points: how many it announces, and blocks of them (n, 3) in metres, as often as asked for."""
+
+    count: int
+    blocks: Callable[[], Iterator[Points]]
+
+
+@dataclass(frozen=True, eq=False)
+class Extent:
+    """low, high (3,): the corners of the box around all finite points; sample (N, 3) of them."""
+
+    low: FloatArray
+    high: FloatArray
+    sample: FloatArray
+
+
+def read_cloud(cloud: Cloud, path: Path, name: str, kind: str, overrides: Overrides) -> Grid:
+    """Find the floor, cut the slab, and look at it from above.
+
+    Args:
+        cloud: the points.
+        path: their file, for its hash.
+        name: the file as the user named it.
+        kind: the format's name.
+        overrides: `slab_m` is above the floor; `up` says which axis is up; a resolution replaces the fitting one.
+
+    Raises:
+        MapFileError: no points, or a map beyond the bound on cells.
+        BrokenRecordError: as the format's blocks raise it.
+    """
+    if cloud.count > MAX_POINTS:
+        raise BrokenRecordError(f"it announces {cloud.count:,} points, at most {MAX_POINTS:,} are read")
+    extent = _survey(cloud, name)
+    floor = find_floor(extent.sample, overrides.up)
+    view = View(floor, *slab_of(overrides))
+    resolution, origin, shape = _frame(extent, view, overrides.resolution_m, name)
+    occupied, seen = _count(cloud, view, resolution, origin, shape)
+    if overrides.resolution_m is None:
+        factor = _fitting(occupied)
+        occupied, seen, resolution = _coarser(occupied, factor), _coarser(seen, factor), resolution * factor
+    occupancy = _occupancy(occupied, seen, resolution)
+    corner = float(origin[0]), float(origin[1])
+    return slab_grid(occupancy, resolution, corner, floor, (path, name, kind), overrides)
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """How points are looked at: x and y of the map, and the height above the floor."""
+
+    floor: Floor
+    low: float
+    high: float
+
+    @property
+    def axes(self) -> FloatArray:
+        """(3, 3): rows that give map x, map y and up of a point.
+
+        Where up is the file's z but for two degrees, x and y are the file's own; else the cloud is turned by the
+        least rotation that makes up the z axis.
+        """
+        up = self.floor.up
+        if self.floor.tilt < KEPT_TILT:
+            return np.array([[1, 0, 0], [0, 1, 0], up])
+        if up[2] < -1 + 1e-9:
+            return np.diag([1.0, -1.0, -1.0])
+        # Rodrigues' formula for the rotation that takes `up` to z, with v = up x z and cosine up_z
+        v = np.cross(up, [0.0, 0.0, 1.0])
+        K = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+        return np.asarray(np.eye(3) + K + K @ K / (1 + up[2]))
+
+    def look(self, points: Points) -> tuple[Points, Points, Points]:
+        """Map x, map y and height above the floor, each (n,)."""
+        x, y, up = self.axes
+        if self.floor.tilt < KEPT_TILT:
+            return points[:, 0], points[:, 1], _along(points, up) - self.floor.height_m
+        return _along(points, x), _along(points, y), _along(points, up) - self.floor.height_m
+
+
+def _along(points: Points, axis: FloatArray) -> Points:
+    a, b, c = (float(value) for value in axis)
+    with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite stay so, and fall out later
+        return a * points[:, 0] + b * points[:, 1] + c * points[:, 2]
+
+
+def _survey(cloud: Cloud, name: str) -> Extent:
+    """Extent and sample of the finite points."""
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    step = max(1, cloud.count // SAMPLE_POINTS)
+    sample = []
+    for block in cloud.blocks():
+        for axis in range(3):
+            column = block[:, axis]
+            least, most = float(column.min()), float(column.max())
+            if not (math.isfinite(least) and math.isfinite(most)):
+                column = column[np.isfinite(column)]
+                least, most = float(column.min(initial=np.inf)), float(column.max(initial=-np.inf))
+            low[axis], high[axis] = min(low[axis], least), max(high[axis], most)
+        thin = block[::step].astype(float)
+        sample.append(thin[np.isfinite(thin).all(axis=1)])
+    points = np.concatenate(sample) if sample else np.empty((0, 3))
+    if not len(points):
+        raise fault(name, "holds no points; expected those of a map, so save it again")
+    if max(np.abs(low).max(), np.abs(high).max()) > 1e8:
+        raise fault(name, "holds points over 100,000 km away; expected metres, so remove them")
+    return Extent(low, high, points)
+
+
+def _frame(
+    extent: Extent, view: View, resolution_m: float | None, name: str
+) -> tuple[float, FloatArray, tuple[int, int]]:
+    """Resolution to count with, lower-left corner and (rows, columns); the far tails are cut off where too large."""
+    corners = np.array(np.meshgrid(*zip(extent.low, extent.high, strict=True))).reshape(3, -1).T
+    step = resolution_m or FINEST_M
+    for points, margin in ((corners, 0.0), (_within_tails(extent.sample), 1.0)):
+        x, y, _ = view.look(points)
+        low = (np.floor(np.array([x.min() - margin, y.min() - margin]) / step) - OFF_LATTICE) * step
+        columns, rows = (int(n) for n in np.ceil((np.array([x.max(), y.max()]) + margin - low) / step) + 1)
+        coarse = -(-columns // 4) * 4, -(-rows // 4) * 4
+        if coarse[0] * coarse[1] <= MAX_SLAB_CELLS:
+            return step, low, (coarse[1], coarse[0])
+    if resolution_m is None:
+        step = FINEST_M * math.ceil(math.sqrt(columns * rows / MAX_SLAB_CELLS) + 1)
+        return _frame(extent, view, step, name)
+    raise fault(
+        name,
+        f"covers {columns:,} x {rows:,} cells of {step:g} m; at most {MAX_SLAB_CELLS // 1_000_000} million are "
+        "read, so crop it or give a larger --resolution",
+    )
+
+
+def _within_tails(points: FloatArray) -> FloatArray:
+    """Points but for the thousandth part at either end of each axis: stray points must not make the map."""
+    low, high = np.percentile(points, [0.1, 99.9], axis=0)
+    kept = points[((points >= low) & (points <= high)).all(axis=1)]
+    return kept if len(kept) else points
+
+
+def _count(cloud: Cloud, view: View, step: float, low: FloatArray, shape: tuple[int, int]) -> tuple[Counts, Counts]:
+    """Points of the slab over each cell, and points of the floor."""
+    size = shape[0] * shape[1]
+    slab, floor = np.zeros(size, np.int32), np.zeros(size, np.int32)
+    for block in cloud.blocks():
+        x, y, height = view.look(block)
+        column, row = (x - low[0]) / step, (y - low[1]) / step
+        inside = (column >= 0) & (column < shape[1]) & (row >= 0) & (row < shape[0])
+        for counts, least, most in ((slab, view.low, view.high), (floor, -FLOOR_BELOW_M, FLOOR_ABOVE_M)):
+            mask = inside & (height >= least) & (height <= most)
+            cells = row[mask].astype(np.int64) * shape[1] + column[mask].astype(np.int64)
+            # bincount makes an array of the whole map: for few points counting one by one is cheaper
+            if len(cells) > size // 50:
+                np.add(counts, np.bincount(cells, minlength=size), out=counts, casting="unsafe")
+            else:
+                np.add.at(counts, cells, 1)
+    return slab.reshape(shape), floor.reshape(shape)
+
+
+def _coarser(counts: Counts, factor: int) -> Counts:
+    """Sums over blocks of cells; the shape is a multiple of 4."""
+    rows, columns = counts.shape
+    blocks = counts.reshape(rows // factor, factor, columns // factor, factor)
+    return np.asarray(blocks.sum(axis=(1, 3), dtype=np.int32))
+
+
+def _fitting(occupied: Counts) -> int:
+    """The finest of the resolutions at which walls are closed: 9 of 10 occupied cells have two occupied neighbours."""
+    for factor in FACTORS:
+        walls = (_coarser(occupied, factor) > 0).astype(np.uint8)
+        around = cv2.boxFilter(walls, cv2.CV_16S, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT) - walls
+        if walls.any() and (around[walls > 0] >= 2).mean() >= 0.9:
+            return factor
+    return FACTORS[-1]
+
+
+def _occupancy(occupied: Counts, seen: Counts, resolution_m: float) -> npt.NDArray[np.float32]:
+    """(H, W) of 1 where the slab has points, 0 where the floor was seen, NaN elsewhere.
+
+    A cell with less than a twentieth of the points that an occupied cell usually has holds stray points. Floor is
+    taken in blocks of a decimetre and gaps of one block are closed: scanners see it thinly. Where hardly any floor
+    was recorded, every other cell is free, as in a drawing of walls.
+    """
+    usual = float(np.median(occupied[occupied > 0])) if occupied.any() else 1.0
+    walls = occupied >= max(1.0, 0.05 * usual)
+    block = max(1, round(FLOOR_BLOCK_M / resolution_m))
+    blocks, wall_blocks = _blocks(seen > 0, block), _blocks(walls, block)
+    recorded = (blocks > wall_blocks).sum() >= wall_blocks.sum()
+    closed = cv2.morphologyEx(blocks, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
+    rows, columns = occupied.shape
+    ground = closed.repeat(block, axis=0)[:rows].repeat(block, axis=1)[:, :columns] > 0
+    result = np.full(occupied.shape, np.nan if recorded else 0, np.float32)
+    result[ground] = 0
+    result[walls] = 1
+    return result
+
+
+def _blocks(cells: npt.NDArray[np.bool_], side: int) -> npt.NDArray[np.uint8]:
+    """1 where any cell of a block of cells is set."""
+    rows, columns = np.nonzero(cells)
+    blocks = np.zeros((cells.shape[0] // side + 1, cells.shape[1] // side + 1), np.uint8)
+    blocks[rows // side, columns // side] = 1
+    return blocks

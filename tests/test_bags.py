@@ -15,8 +15,21 @@ import lz4.frame
 import numpy as np
 import pytest
 import zstandard
+from benchmarks.bag_files import (
+    BEGIN,
+    GRID,
+    ROS1,
+    ROS2,
+    SECOND,
+    Cells,
+    as_cdr,
+    cells,
+    mcap_bytes,
+    message,
+    write_bag1,
+    write_bag2,
+)
 
-from bag_files import BEGIN, GRID, ROS1, ROS2, SECOND, Cells, as_cdr, cells, mcap_bytes, message, write_bag1, write_bag2
 from command_line import fidmap
 from fidmap.grid import trinarize
 from fidmap.maps import read_map

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from benchmarks.arena_shapes import arena, surface_points
+from benchmarks.cloud_files import Points, write_las, write_octree, write_pcd, write_ply
 from scipy.spatial.transform import Rotation
 
-from cloud_files import Points, write_las, write_octree, write_pcd, write_ply
 from command_line import fidmap
 from fidmap.evaluate import evaluate
 from fidmap.grid import metres_to_cells, trinarize
@@ -246,7 +246,7 @@ BROKEN = {
         "its tree is deeper than 16 levels",
     ),
     "LAS": ("LASF" + "\0" * 40, "its header is cut off"),
-    "LAS records": ("LASF" + "\0" * 92 + "\0\0\0\0\x7f\x7f\x7f\x7f" + "\0" * 300, "it announces 2,139,062,143 records"),
+    "LAS scale": ("LASF" + "\0" * 400, "its points have 0 bytes, the scale (0.0, 0.0, 0.0)"),
 }  # fmt: skip
 
 
@@ -258,6 +258,32 @@ def test_files_that_lie(tmp_path: Path, case: str) -> None:
     text = sentence(tmp_path / "broken")
     assert says in text
     assert text.endswith("copy or save it again")
+
+
+def test_a_laz_file_that_kills_its_decoder(tmp_path: Path) -> None:
+    """A table of 2^32 chunks makes lazrs end its process (found by fuzzing); the program lives and says so."""
+    data = bytearray(write_las(tmp_path / "a.laz", room(0.2)).read_bytes())
+    start = int.from_bytes(data[96:100], "little")
+    table = int.from_bytes(data[start : start + 8], "little")
+    data[table + 4 : table + 8] = b"\xff" * 4
+    (tmp_path / "a.laz").write_bytes(data)
+    assert "points, 0 could be decoded; copy or save it again" in sentence(tmp_path / "a.laz")
+
+
+def test_compressed_points_that_are_damaged(tmp_path: Path) -> None:
+    """LZF refuses what cannot be its own (found by fuzzing)."""
+    data = bytearray(write_pcd(tmp_path / "a.pcd", room(0.2), "binary_compressed").read_bytes())
+    data[-300:] = b"\xff" * 300
+    (tmp_path / "a.pcd").write_bytes(data)
+    assert "its compressed points are damaged or cut off" in sentence(tmp_path / "a.pcd")
+
+
+def test_blank_lines_before_points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A block of text without any point is skipped (found by fuzzing)."""
+    monkeypatch.setattr("fidmap.maps.point_table.TEXT_BYTES", 100)
+    path = ply(tmp_path, room(0.2), form="ascii")
+    path.write_bytes(path.read_bytes().replace(b"\n1.5 3\n", b"\n1.5 3\n" + b" \n" * 200))
+    assert label_at(read_map(path), 2, 0) == Label.OCCUPIED
 
 
 def test_maps_too_large(tmp_path: Path) -> None:

@@ -24,7 +24,7 @@ from fidmap.profiles import read_profile
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-RUN_WORDS = {"demo", "test", "lint", "bench"}  # of ./run itself: known to its usage, not run here
+RUN_WORDS = {"demo", "test", "lint", "bench", "fuzz"}  # of ./run itself: known to its usage, not run here
 
 
 def blocks(*languages: str) -> list[tuple[Path, str]]:

@@ -24,7 +24,7 @@ def test_unknown_words_show_the_usage(words: tuple[str, ...]) -> None:
     assert (result.returncode, result.stdout) == (2, "")
     assert result.stderr.startswith("usage: ./run COMMAND\n")
     shown = [line.split()[0] for line in result.stderr.splitlines()[1:]]
-    assert shown == ["demo", "test", "fidmap", "lint", "bench"]
+    assert shown == ["demo", "test", "fidmap", "lint", "bench", "fuzz"]
     assert "make_picture" in result.stderr
 
 

@@ -125,7 +125,7 @@ def _survey(cloud: Cloud, name: str) -> Extent:
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     step = max(1, cloud.count // SAMPLE_POINTS)
     sample = []
-    for block in cloud.blocks():
+    for block in filter(len, cloud.blocks()):
         for axis in range(3):
             column = block[:, axis]
             least, most = float(column.min()), float(column.max())

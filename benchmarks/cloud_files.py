@@ -1,4 +1,4 @@
-"""Point clouds and octrees for tests, written by other libraries where there is one."""
+"""Point clouds and octrees for tests, fuzzing and benchmarks, written by other libraries where there is one."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def write_ply(path: Path, points: Points, form: str = "binary_little_endian", ki
 
 def write_pcd(path: Path, points: Points, encoding: str = "binary") -> Path:
     """A PCD file by pypcd4."""
-    from pypcd4 import Encoding, PointCloud
+    from pypcd4.pypcd4 import Encoding, PointCloud
 
     cloud = PointCloud.from_xyzi_points(np.column_stack([points, np.arange(len(points))]).astype(np.float32))
     cloud.save(path, encoding=Encoding[encoding.upper()])

@@ -1,4 +1,4 @@
-"""Bags for tests, written by rosbags and by the mcap library, never by the program itself."""
+"""Bags for tests, fuzzing and benchmarks, written by rosbags and by the mcap library, never by the program itself."""
 
 from __future__ import annotations
 
@@ -89,5 +89,5 @@ def mcap_bytes(written: Written, compression: str = "LZ4", **options: Any) -> by
     for topic, when, data in written:
         stamp = BEGIN + round(when * SECOND)
         writer.add_message(channels[topic], stamp, as_cdr(data), stamp)
-    writer.finish()
+    writer.finish()  # type: ignore[no-untyped-call]  # as the library has it
     return file.getvalue()

@@ -35,7 +35,8 @@ ALLOWED: dict[str, set[str]] = {
     "maps": {"model", "grid"} | FILE_HELPERS,
     "arena": {"model", "geometry"} | FILE_HELPERS,
     "profiles": {"model"} | FILE_HELPERS,
-    "points": {"model"} | FILE_HELPERS,
+    "object_list": {"model"} | FILE_HELPERS,
+    "points": {"model", "object_list"} | FILE_HELPERS,
     "human": {"model", "ranking"} | FILE_HELPERS,
     "schemas": {"arena", "profiles", "points"},
 }

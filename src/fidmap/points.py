@@ -6,12 +6,14 @@ import csv
 import difflib
 import io
 import math
+from collections import Counter
 from collections.abc import Sequence
 from os import fspath
 
 from fidmap.angles import degrees_text, radians_of_text
 from fidmap.csv_file import Row, Table, number, read_table, twice
 from fidmap.model import Arena, BarrelPart, PointsFileError
+from fidmap.object_list import Listed, are_pixels, read_objects
 from fidmap.text_file import FAULTS_SHOWN, FilePath, one_sentence, quoted
 
 NO_PART = "-"
@@ -28,16 +30,25 @@ _BOUNDS = {
 _N_MAX = 10**9
 
 
-def read_points(path: FilePath) -> tuple[BarrelPart, ...]:
-    """Read a points file (`x_m,y_m` and any of the other `COLUMNS`), in the map's frame.
+def read_points(
+    path: FilePath, arena: Arena | None = None, resolution_m: float | None = None
+) -> tuple[BarrelPart, ...]:
+    """Read a points file (`x_m,y_m` and any of the other `COLUMNS`), in the map's frame, or a list of objects.
 
     An empty `n` is numbered on after the largest given, in the order of the file. An empty `facing_deg` is no
     facing, an empty `drawn_deg` half a circle for parts with a facing and a whole one for others, an empty
     `confidence` 1. `part`, what the program once found, is ignored; `id` is the human's word.
 
+    Args:
+        path: a points file, or a list of a rescue league (`victims`, `qr codes`, `pois`, `.pts`).
+        arena: objects of a list whose name is a part's id, and nobody else's in the list, are that part.
+        resolution_m: metres per pixel of a list whose places are pixels of a drawing.
+
     Raises:
         PointsFileError: all faults in one sentence, each with its line.
     """
+    if (objects := read_objects(path)) is not None:
+        return _listed_parts(path, objects, arena, resolution_m)
     optional = tuple(column for column in COLUMNS if column not in _REQUIRED)
     table = read_table(path, "a points file", PointsFileError, _REQUIRED, optional)
     faults = list(table.faults) or _row_faults(table)
@@ -47,6 +58,29 @@ def read_points(path: FilePath) -> tuple[BarrelPart, ...]:
     following = iter(range(max(given, default=0) + 1, max(given, default=0) + 1 + len(given)))
     return tuple(
         _part(row, n or next(following), table.decimal_comma) for row, n in zip(table.rows, given, strict=True)
+    )
+
+
+def _listed_parts(
+    path: FilePath, objects: Sequence[Listed], arena: Arena | None, resolution_m: float | None
+) -> tuple[BarrelPart, ...]:
+    """Objects as whole barrels; pixels count downwards, so they are turned over."""
+    right = up = 1.0
+    if are_pixels(objects):
+        if resolution_m is None:
+            fault = "its places look like pixels of a drawing; say how large one is with --resolution M_PER_PIXEL"
+            raise PointsFileError(one_sentence(path, [fault]))
+        right, up = resolution_m, -resolution_m
+    known = {part.id for part in arena.parts} if arena is not None else set()
+    often = Counter(listed.name for listed in objects)
+    return tuple(
+        BarrelPart(
+            n=n,
+            x_m=right * listed.x,
+            y_m=up * listed.y,
+            fixed_id=listed.name if listed.name in known and often[listed.name] == 1 else None,
+        )
+        for n, listed in enumerate(objects, 1)
     )
 
 

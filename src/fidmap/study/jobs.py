@@ -96,7 +96,7 @@ def _evaluate(job: ScoreJob, grid: Grid | None) -> tuple[Report, Document]:
     if job.points is None:
         assert grid is not None, "a job has a map or a points file"
         return evaluate(grid, job.arena, job.settings, job.start, fast=job.fast), inputs
-    parts = read_points(job.points)
+    parts = read_points(job.points, job.arena, job.overrides.resolution_m)
     check_ids(parts, job.arena, job.points)
     digest = hashlib.sha256(Path(job.points).read_bytes()).hexdigest()
     source = Source(job.points, digest, "points")

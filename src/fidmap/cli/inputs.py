@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -24,7 +25,7 @@ def distinct(paths: Sequence[str], alone: bool) -> list[str]:
 
     seen: dict[Path, int] = {}
     for k in sorted(range(len(paths)), key=lambda k: not paths[k].lower().endswith((".yaml", ".yml"))):
-        main = Path(paths[k]).resolve() if alone else main_file(paths[k])
+        main = Path(os.path.realpath(paths[k])) if alone else main_file(paths[k])
         if main in seen:
             complain(f"note: {paths[k]} is the same map as {paths[seen[main]]}; it is taken once")
         else:

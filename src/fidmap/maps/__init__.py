@@ -70,7 +70,7 @@ def main_file(path: str | os.PathLike[str]) -> Path:
     try:
         if images.is_image(read_bytes(file, file, 16)):
             file = map_server.own_yaml(file, str(file)) or file
-        return file.resolve()
+        return Path(os.path.realpath(file))  # resolve() would raise on links in a circle
     except (MapFileError, OSError):
         return file
 

@@ -31,6 +31,7 @@ _DECODERS: dict[bytes, tuple[str, type[ImageFile.ImageFile]]] = {
 }
 _MODES = {"1", "L", "LA", "I;16", "I;16B", "P", "PA", "RGB", "RGBA", "RGBX", "CMYK", "YCbCr"}
 _BLOCK_ROWS = 64
+MOST_PIXELS_PER_BYTE = 512  # of a JPEG: at least one bit for each block of 8 x 8
 Channels = Literal["brightness", "mean", "mean-with-alpha"]
 
 
@@ -100,6 +101,8 @@ def _load(data: bytes, name: str, decoder: type[ImageFile.ImageFile], subject: o
             warnings.simplefilter("ignore")
             image = decoder(io.BytesIO(data))
             check_size(*image.size, subject)
+            if name == "JPEG" and image.width * image.height > MOST_PIXELS_PER_BYTE * len(data):
+                raise OSError("no JPEG holds so many pixels in so few bytes; its decoder would fill them up with grey")
             # Pillow forgets how many bits a grey PNG had, while its transparent grey is given in those bits.
             image.info["fidmap_bits"] = {"L;2": 2, "L;4": 4}.get(_raw_mode(image), 8)
             image.load()

@@ -1,0 +1,83 @@
+"""Files made to exhaust their reader or to lead it astray: one sentence, little memory, little time."""
+
+from __future__ import annotations
+
+import io
+import struct
+import tracemalloc
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from command_line import fault, fidmap
+from map_files import sentence, write_pgm, write_yaml
+
+MEGABYTE = 1 << 20
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def test_a_jpeg_header_is_no_map(tmp_path: Path) -> None:
+    """335 bytes that announce 400 million pixels: libjpeg would fill them all with grey, in 11 s and 2 GB."""
+    file = io.BytesIO()
+    Image.new("L", (16, 16)).save(file, "JPEG")
+    data = bytearray(file.getvalue())
+    at = data.index(b"\xff\xc0")
+    data[at + 5 : at + 9] = struct.pack(">HH", 20_000, 20_000)
+    (tmp_path / "bomb.jpg").write_bytes(data)
+
+    tracemalloc.start()
+    text = sentence("bomb.jpg", resolution_m=0.05)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert text == ("bomb.jpg is a broken or truncated JPEG image; expected a whole one, so copy or save the map again")
+    assert peak < MEGABYTE
+
+
+def test_links_that_lead_in_a_circle(tmp_path: Path) -> None:
+    """Also where only names are compared: `--resolution` used to end in a traceback."""
+    (tmp_path / "a.png").symlink_to("b.png")
+    (tmp_path / "b.png").symlink_to("a.png")
+    assert "cannot be read (Too many levels of symbolic links)" in sentence("a.png")
+    assert "cannot be read" in fault("detect", "a.png", "--radius", 0.3, "--resolution", 0.05)
+    assert fidmap("detect", "a.png", "b.png", "--radius", 0.3, "--resolution", 0.05).exit_code == 1
+    write_yaml(tmp_path, image="a.png")
+    assert "a.png" in sentence("map.yaml")
+
+
+def test_a_yaml_cannot_make_a_secret_visible(tmp_path: Path) -> None:
+    """`image:` may name any path, but only what decodes as an image is used, and nothing of it is quoted."""
+    secret = tmp_path / "secret"
+    secret.write_text("password: hunter2\n")
+    (tmp_path / "maps").mkdir()
+    path = write_yaml(tmp_path / "maps", image="../secret")
+    text = sentence(path)
+    assert "hunter2" not in text
+    assert "is not a" in text
+
+
+@pytest.mark.parametrize("number", [".nan", "-.inf", "1e400", "0", "-0.05"])
+def test_headers_that_are_no_numbers(tmp_path: Path, number: str) -> None:
+    """No resolution, origin or threshold that no map can have reaches the grid."""
+    write_pgm(tmp_path, [[0, 205, 254]])
+    assert "resolution" in sentence(write_yaml(tmp_path, image="map.pgm", resolution=number))
+    if number not in {"0", "-0.05"}:
+        assert "origin" in sentence(write_yaml(tmp_path, image="map.pgm", origin=f"[0, 0, {number}]"))
+
+
+@pytest.mark.parametrize("size", [(20_000, -20_000), (-20_000, 20_000), (2**31 - 1, 1), (0, 5)])
+def test_bitmaps_with_negative_sizes(tmp_path: Path, size: tuple[int, int]) -> None:
+    """A BMP may count its rows from the top; no size takes memory that its bytes do not fill."""
+    file = io.BytesIO()
+    Image.new("L", (16, 16)).save(file, "BMP")
+    data = bytearray(file.getvalue())
+    data[18:26] = struct.pack("<ii", *size)
+    (tmp_path / "m.bmp").write_bytes(data)
+    tracemalloc.start()
+    assert sentence("m.bmp", resolution_m=0.05)
+    assert tracemalloc.get_traced_memory()[1] < MEGABYTE
+    tracemalloc.stop()

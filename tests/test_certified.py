@@ -12,14 +12,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from fidmap.model import CONTINUOUS, SSRR2011, Arena, BarrelPart, Settings, Transform
+from fidmap.model import CONTINUOUS, SSRR2011, Arena, Assignment, BarrelPart, Settings, Transform
 from fidmap.register import register
 from fidmap.register.bounds import loose_bounds, tight_bounds
 from fidmap.register.landscape import Landscape
 from fidmap.register.majorant import affine_majorant
 from fidmap.register.near import Matcher
+from fidmap.register.optimum import find
+from fidmap.register.polish import place
 from fidmap.register.prices import matched
 from fidmap.register.problem import Problem, make_problem
+from fidmap.register.rivals import Rivals
+from fidmap.register.runner_up import find_runner_up
 from fidmap.register.sweep import Sweep, raster
 from fiducials import arc, arena_of, drawn, half, pairs_arena
 
@@ -171,13 +175,85 @@ def test_rigid_moves_leave_the_optimum_where_it_is(seed: int, turn: float, x: fl
     assert register(moved, arena, CONTINUOUS).value == pytest.approx(register(parts, arena, CONTINUOUS).value, rel=1e-3)
 
 
+def ring(count: int) -> Arena:
+    """Parts on a circle, facing outwards: turning by one place fits as well."""
+    angles = [2 * math.pi * k / count for k in range(count)]
+    return arena_of(*(half(f"{k}", 5 * math.cos(a), 5 * math.sin(a), a) for k, a in enumerate(angles)))
+
+
+def codes(result: Assignment) -> list[str]:
+    return [finding.code for finding in result.findings]
+
+
+def test_a_symmetric_layout_is_ambiguous() -> None:
+    """Five turns of a ring of six are as good as the best one: told, with what would help."""
+    arena = ring(6)
+
+    result = register(drawn(arena), arena, CONTINUOUS)
+
+    assert result.runner_up is not None
+    assert result.runner_up.value == pytest.approx(6, abs=1e-3)
+    assert result.runner_up.upper_bound <= 6 + 1e-9
+    assert codes(result) == ["ambiguous"]
+    assert "(6.000 against 6.000)" in result.findings[0].text
+    assert "start pose (--start-pose)" in result.findings[0].text
+    assert "facings" not in result.findings[0].text  # all are known already
+
+
+def test_facings_break_a_symmetry() -> None:
+    """The same ring, two halves turned round: exact maps of it are never ambiguous; without facings they are."""
+    parts = list(ring(6).parts)
+    for k in (0, 1):
+        parts[k] = replace(parts[k], facing=(parts[k].facing or 0.0) + math.pi)
+    faced = arena_of(*parts)
+    bare = arena_of(*(replace(p, facing=None) for p in parts))
+
+    sure, unsure = register(drawn(faced), faced, CONTINUOUS), register(drawn(bare), bare, CONTINUOUS)
+
+    assert codes(sure) == []
+    assert sure.runner_up is not None
+    assert sure.runner_up.upper_bound < 0.95 * 6
+    assert codes(unsure) == ["ambiguous"]
+    assert "facings of the parts" in unsure.findings[0].text
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_no_other_registration_is_worth_more_than_the_runner_ups_bound(seed: int) -> None:
+    """A thousand random placements: those that are others than the best one stay below, the bound holds."""
+    random = np.random.default_rng(seed)
+    arena, parts = scattered(7, 7, seed=seed)
+    problem = problem_of(arena, parts, CONTINUOUS)
+    optimum = find(problem, None, fast=False)
+    best = optimum.maxima[0]
+    runner_up, rival = find_runner_up(problem, arena, None, optimum, best)
+    rivals = Rivals(problem, best, np.eye(7, dtype=bool))
+    land = Landscape(problem)
+    near = land.placement(best.transform) + random.normal(0, 1, (600, 4)) * [0.2, 0.5, 0.5, 0]
+    trials = np.concatenate([near, random.uniform([-math.pi, 0, 0, 1.0], [math.pi, 5, 5, 1.0], (600, 4))])
+
+    others = [one.value for one in (place(problem, land.transform(t)) for t in trials) if rivals.includes(one)]
+
+    assert len(others) > 200
+    assert max(others) <= runner_up.upper_bound + 1e-9
+    assert rival is not None
+    assert rival.value == runner_up.value <= runner_up.upper_bound
+    assert rivals.includes(rival)
+
+
+def test_below_three_parts_there_is_no_runner_up() -> None:
+    """Two parts fit anywhere."""
+    arena = pairs_arena()
+
+    assert register(drawn(arena)[:2], arena, CONTINUOUS).runner_up is None
+
+
 def test_the_quick_search_gives_no_bound() -> None:
     """A value and its placement, but nothing that looks like a proof."""
     arena = pairs_arena()
 
     result = register(drawn(arena, noise_m=0.1), arena, CONTINUOUS, fast=True)
 
-    assert result.upper_bound is None
+    assert result.upper_bound is result.runner_up is None
     assert result.value > 8
 
 

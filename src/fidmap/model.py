@@ -310,13 +310,22 @@ class Transform:
 
 
 @dataclass(frozen=True)
+class RunnerUp:
+    """The greatest value found of another registration than the best one, and an upper bound of all of them."""
+
+    value: float
+    upper_bound: float
+
+
+@dataclass(frozen=True)
 class Assignment:
     """Which barrel part is which fiducial part; only `fidmap.register.register` makes one (SSRR 2011, II-A-4).
 
     barrel_of: per fiducial part (in the arena's order) the index of its barrel part, or None.
     fixed: per fiducial part whether a human said so. transform: T_truth_map of the maximum, None where the
     arena has no positions or nothing was assigned. value: the maximised sum of 1 - min(q(d), D)/D. upper_bound: no
-    placement within the settings has a greater one, None where none was proven.
+    placement within the settings has a greater one, None where none was proven. runner_up: the best of the other
+    placements, None where it was not searched.
     """
 
     barrel_of: tuple[int | None, ...]
@@ -324,6 +333,7 @@ class Assignment:
     transform: Transform | None
     value: float
     upper_bound: float | None = None
+    runner_up: RunnerUp | None = None
     findings: tuple[Finding, ...] = ()
 
 

@@ -12,10 +12,12 @@ from dataclasses import replace
 
 from fidmap.model import Arena, ArenaFileError, Assignment, BarrelPart, Settings, StartPose, Transform
 from fidmap.register.displaced import displaced_submaps
-from fidmap.register.findings import name_findings
+from fidmap.register.findings import ambiguous, name_findings
 from fidmap.register.optimum import displacement, find
 from fidmap.register.polish import Placement
 from fidmap.register.problem import Problem, make_problem
+from fidmap.register.rivals import LEAST_PARTS
+from fidmap.register.runner_up import find_runner_up
 
 __all__ = ["register"]
 
@@ -59,8 +61,12 @@ def _register(
         barrel_of[int(i)] = int(j)
     findings = name_findings(chosen, optimum.maxima[0], parts, arena, settings)
     findings += displaced_submaps(problem, chosen, [part.id for part in arena.parts])
+    runner_up = None
+    if not fast and len(chosen.pairs) >= LEAST_PARTS:
+        runner_up, rival = find_runner_up(problem, arena, start, optimum, chosen)
+        findings += ambiguous(chosen, rival, problem)
     return Assignment(
-        tuple(barrel_of), (False,) * count, chosen.transform, chosen.value, optimum.upper_bound, findings=findings
+        tuple(barrel_of), (False,) * count, chosen.transform, chosen.value, optimum.upper_bound, runner_up, findings
     )
 
 

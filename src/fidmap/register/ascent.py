@@ -45,8 +45,7 @@ def attract(land: Landscape, matcher: Matcher, placements: FloatArray, rounds: i
         better = now > worth
         best, worth = np.where(better[:, None], placements, best), np.maximum(now, worth)
         chosen = pairs.take((close >= rows[pairs.box, pairs.row]) & (close > 0))
-        fiducial = chosen.column if matcher.by_barrel else chosen.row
-        kept = _Pairs(chosen.box, land.fiducials[fiducial], land.barrels[chosen.barrel], len(placements))
+        kept = _Pairs(chosen.box, land.fiducials[chosen.fiducial], land.barrels[chosen.barrel], len(placements))
         placements = _fitted(land, placements, kept, 1 / np.hypot(chosen.distance, softness))
         softness *= 0.6
     return best, worth
@@ -69,8 +68,7 @@ def ascend(
         better = now > worth
         best, worth = np.where(better[:, None], placements, best), np.maximum(now, worth)
         chosen = pairs.take(mate)
-        fiducial = chosen.column if matcher.by_barrel else chosen.row
-        kept = _Pairs(chosen.box, land.fiducials[fiducial], land.barrels[chosen.barrel], len(placements))
+        kept = _Pairs(chosen.box, land.fiducials[chosen.fiducial], land.barrels[chosen.barrel], len(placements))
         placements, softness = _refitted(land, best, kept, steps, softness, decay)
     return best, worth
 

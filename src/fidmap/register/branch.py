@@ -13,10 +13,12 @@ from fidmap.register.bounds import loose_bounds, tight_bounds
 from fidmap.register.landscape import BoolArray, IntArray, Landscape
 from fidmap.register.near import Matcher, NearPairs
 from fidmap.register.prices import Prices, matched
+from fidmap.register.rivals import Rivals
 
 # boxes that are split together, pairs that are looked at together: a processor's cache holds them
 BATCH = 384
 PAIRS = 20_000
+FIRST = 2_000
 # parts move less than this share of D inside a box before its matching is looked at
 CLOSE_SHARE = 0.75
 # parts move less than this (metres) inside the smallest boxes
@@ -68,23 +70,25 @@ def join(some: list[Open]) -> Open:
 class Search:
     """Best first in batches; boxes whose bound is not above `stop(value)` are closed.
 
-    improve(placement) climbs from a placement (4,): the value there and the placement; it must be attained.
+    improve(placement) climbs from a placement (4,): the value there and the placement; it must be attained. With
+    `rivals` only placements that are others than the best one count.
     """
 
     def __init__(
-        self, land: Landscape, matcher: Matcher, value: float, improve: Improve, stop: Stop, most_nodes: int
-    ) -> None:
+        self, land: Landscape, matcher: Matcher, value: float, improve: Improve, stop: Stop, most_nodes: int,
+        rivals: Rivals | None = None,
+    ) -> None:  # fmt: skip
         self.land, self.matcher = land, matcher
         self.value, self.improve, self.stop = value, improve, stop
         self.most_nodes = most_nodes
+        self.rivals = rivals
         self.nodes = 0
         self.closed = 0.0
         self._tried: list[FloatArray] = []
 
     def run(self, boxes: FloatArray, bounds: FloatArray) -> Proof:
         """Search boxes (K, 8) with upper bounds (K,): rotation, x, y, scale and their half widths."""
-        none = np.zeros((len(boxes), self.matcher.columns), np.float32)
-        waiting = self._examine(Open(boxes, bounds, none))
+        waiting = self._first(boxes, bounds)
         while len(waiting.boxes) and self.nodes < self.most_nodes:
             order = np.argsort(-waiting.bounds, kind="stable")
             batch = self._still(waiting.take(order[:BATCH]))
@@ -93,6 +97,19 @@ class Search:
                 waiting = self._still(join([waiting, self._examine(self._split(batch))]))
         self.closed = max(self.closed, float(waiting.bounds.max(initial=0.0)))
         return Proof(self.value, max(self.value, self.closed), self.nodes)
+
+    def _first(self, boxes: FloatArray, bounds: FloatArray) -> Open:
+        """Examine the boxes that the search starts from, the most promising first."""
+        order = np.argsort(-bounds, kind="stable")
+        found = [Open(boxes[:0], bounds[:0], np.zeros((0, self.matcher.columns), np.float32))]
+        for k in range(0, len(order), FIRST):
+            some = order[k : k + FIRST]
+            if self.nodes >= self.most_nodes or bounds[some[0]] <= self.stop(self.value):
+                self.closed = max(self.closed, float(bounds[some[0]]))
+                break
+            none = np.zeros((len(some), self.matcher.columns), np.float32)
+            found.append(self._examine(self._still(Open(boxes[some], bounds[some], none))))
+        return self._still(join(found))
 
     def _still(self, some: Open) -> Open:
         """Those that are worth a closer look."""
@@ -115,6 +132,8 @@ class Search:
         """First by the best partner of every part, then by the prices of the box it came from, then by its own."""
         pairs = self.matcher.near(some.boxes)
         bounds, most = loose_bounds(self.matcher, pairs, len(some.boxes))
+        if self.rivals is not None:
+            bounds = np.minimum(bounds, self.rivals.narrowed(self.land, some.boxes, pairs, most))
         some, pairs, most = self._open(some.bounded(bounds), pairs, most)
         if some.prices.any():
             bounds = tight_bounds(self.land, some.boxes, pairs, most, some.prices)
@@ -146,8 +165,10 @@ class Search:
         for k in np.argsort(-values, kind="stable")[:2]:
             here = some.boxes[k, :4]
             hopeful = some.bounds[k] > self.stop(self.value) and values[k] > HOPEFUL * self.value
-            hopeful &= len(self._tried) < 2 * CLIMBS and not any(self._beside(here, one) for one in self._tried)
-            if values[k] > self.value * (1 + BETTER) or hopeful:
+            hopeful &= len(self._tried) < 2 * CLIMBS
+            better = values[k] > self.value * (1 + BETTER)
+            fresh = not any(self._beside(here, one) for one in self._tried)
+            if (better and (fresh or self.rivals is None)) or (hopeful and fresh):
                 value, placement = self.improve(here)
                 self._tried += [here, placement]
                 self.value = max(self.value, value)

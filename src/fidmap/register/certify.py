@@ -12,6 +12,7 @@ from fidmap.register.crosscheck import fiducial_sums
 from fidmap.register.landscape import Landscape
 from fidmap.register.majorant import quantum
 from fidmap.register.near import Matcher
+from fidmap.register.rivals import Rivals
 from fidmap.register.sweep import Raster, Sweep, raster
 
 # meshes of the sweep, as shares of D: a finer one where too many boxes stay open
@@ -37,9 +38,15 @@ def stop_of(land: Landscape) -> Stop:
     return lambda value: value * (1 + tolerance)
 
 
-def prove(land: Landscape, matcher: Matcher, value: float, improve: Improve, stop: Stop, most: int) -> Proof:
-    """Bound all values of a landscape from above; `value` is attained somewhere, `improve` climbs from a placement."""
-    search = Search(land, matcher, value, improve, stop, most)
+def prove(
+    land: Landscape, matcher: Matcher, value: float, improve: Improve, stop: Stop, most: int,
+    rivals: Rivals | None = None,
+) -> Proof:  # fmt: skip
+    """Bound all values of a landscape from above; `value` is attained somewhere, `improve` climbs from a placement.
+
+    With `rivals`, of all values of placements that are among them.
+    """
+    search = Search(land, matcher, value, improve, stop, most, rivals)
     boxes, bounds, shut = open_boxes(land, stop(value))
     proof = search.run(boxes, bounds)
     upper = max(proof.upper_bound, min(shut, land.most))
@@ -61,8 +68,10 @@ def open_boxes(land: Landscape, cut: float) -> tuple[FloatArray, FloatArray, flo
         mesh = raster(land, share * land.problem.d_max, TURN_SHARE)
         if mesh is None:
             break
-        found = _swept(land, mesh, cut)
-        if len(found[0]) <= ENOUGH:
+        swept = _swept(land, mesh, cut)
+        if found is None or len(swept[0]) < len(found[0]):
+            found = swept
+        if len(found[0]) <= ENOUGH or len(swept[0]) > len(found[0]):
             break
     if found is not None:
         return found

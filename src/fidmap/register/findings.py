@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fidmap.geometry import apply
 from fidmap.model import Arena, BarrelPart, Finding, Settings
 from fidmap.register.polish import Placement
+from fidmap.register.problem import Problem
+
+# share of the best value from which on another registration makes it ambiguous
+NEARLY = 0.95
 
 
 def name_findings(
@@ -18,6 +24,28 @@ def name_findings(
     if arena.frame == "map":
         found += [_nearest(chosen, best), _mismatch(chosen, parts, settings, arena)]
     return tuple(f for f in found if f is not None)
+
+
+def ambiguous(best: Placement, rival: Placement | None, problem: Problem) -> tuple[Finding, ...]:
+    """Finding `ambiguous` when another registration is worth 95 % of the best one, and what would tell them apart."""
+    if rival is None or rival.value < NEARLY * best.value:
+        return ()
+    faced = np.isfinite(problem.fiducial_facings).all() and np.isfinite(problem.barrel_facings).all()
+    remedies = [
+        "a start pose (--start-pose)",
+        *([] if faced else ["facings of the parts (facing_deg)"]),
+        "an arena whose parts are laid out without symmetry",
+    ]
+    turn = math.degrees(math.remainder(rival.transform.rotation - best.transform.rotation, 2 * math.pi))
+    return (
+        Finding(
+            "warning", "ambiguous",
+            f"another registration, turned by {turn:+.0f} degrees against this one, is nearly as good "
+            f"({rival.value:.3f} against {best.value:.3f}): which part is which is not certain; what would tell: "
+            f"{', or '.join(remedies)}",
+            "--start-pose X_M,Y_M,YAW_DEG",
+        ),
+    )  # fmt: skip
 
 
 def _degenerate(placement: Placement) -> Finding | None:

@@ -100,6 +100,11 @@ class Landscape:
         """No assignment has more pairs."""
         return int(min(self.possible.any(axis=0).sum(), self.possible.any(axis=1).sum()))
 
+    def swing(self, boxes: FloatArray) -> FloatArray:
+        """(K,) how far rotation and scale move a point within boxes (K, 8), per metre of its arm."""
+        turn = 2 * np.sin(np.minimum(boxes[:, 4], math.pi) / 2)
+        return np.asarray(turn * (boxes[:, 3] + boxes[:, 7]) + boxes[:, 7])
+
     def transform(self, placement: FloatArray) -> Transform:
         """T_truth_map of a placement (4,)."""
         rotation, x, y, scale = (float(v) for v in placement)

@@ -57,13 +57,14 @@ class Neighbours:
 class NearPairs:
     """E pairs of K boxes that may count, sorted by box and row; rows are the smaller side, columns the larger.
 
-    box, row, column, barrel: (E,) indices. error: (E,) moved barrel part minus fiducial part in the middle of the
-    box, x + iy metres; distance: its length. reach: (E,) how much nearer they can be elsewhere in the box.
+    box, row, column, fiducial, barrel: (E,) indices. error: (E,) moved barrel part minus fiducial part in the middle of
+    the box, x + iy metres; distance: its length. reach: (E,) how much nearer they can be elsewhere in the box.
     """
 
     box: IntArray
     row: IntArray
     column: IntArray
+    fiducial: IntArray
     barrel: IntArray
     error: ComplexArray
     distance: FloatArray
@@ -73,7 +74,7 @@ class NearPairs:
         """Some of the pairs; `box` (as many) numbers their boxes anew."""
         return NearPairs(
             self.box[chosen] if box is None else box, self.row[chosen], self.column[chosen],
-            self.barrel[chosen], self.error[chosen], self.distance[chosen], self.reach[chosen],
+            self.fiducial[chosen], self.barrel[chosen], self.error[chosen], self.distance[chosen], self.reach[chosen],
         )  # fmt: skip
 
 
@@ -107,7 +108,7 @@ class Matcher:
         land = self.land
         turned = np.exp(1j * boxes[:, 0]) * boxes[:, 3]
         at = boxes[:, 1] + 1j * boxes[:, 2]
-        swing = 2 * np.sin(np.minimum(boxes[:, 4], math.pi) / 2) * (boxes[:, 3] + boxes[:, 7]) + boxes[:, 7]
+        swing = land.swing(boxes)
         shift = np.hypot(boxes[:, 5], boxes[:, 6])
         table = self._table(float((swing * land.arms.max() + shift).max(initial=0.0)))
         if self.by_barrel:
@@ -123,4 +124,4 @@ class Matcher:
         good = (distance - reach < land.problem.d_max) & land.possible[fiducial, barrel]
         if land.faced:
             good &= ~land.clash(fiducial, barrel, boxes[box, 0], boxes[box, 4])
-        return NearPairs(box, row, column, barrel, error, distance, reach).take(good)
+        return NearPairs(box, row, column, fiducial, barrel, error, distance, reach).take(good)

@@ -21,21 +21,22 @@ from fidmap.register.starts import starts
 
 @dataclass(frozen=True, eq=False)
 class Optimum:
-    """Local maxima, the best first, the upper bound of all values (None: not certified) and the boxes it took."""
+    """Local maxima, the best first, the upper bound of all values (None: not certified) and the boxes it took.
+
+    met: all placements that were met on the way.
+    """
 
     maxima: list[Placement]
     upper_bound: float | None
     nodes: int = 0
+    met: tuple[Placement, ...] = ()
 
 
 def find(problem: Problem, start: StartPose | None, fast: bool) -> Optimum:
     """Climb from the most promising placements; unless `fast`, prove how much better others could be."""
-    lands = [
-        Landscape(problem, mirrored, start) for mirrored in ((False, True) if problem.settings.mirror else (False,))
-    ]
-    if lands[0].most == 0:
+    if not problem.allowed.any() and len(problem.fixed) == 0:
         return Optimum([], 0.0)
-    matchers = [Matcher(land) for land in lands]
+    lands, matchers = landscapes(problem, start)
     found: list[Placement] = []
     for land, matcher in zip(lands, matchers, strict=True):
         found += reached(land, starts(land, matcher)[0])
@@ -46,7 +47,15 @@ def find(problem: Problem, start: StartPose | None, fast: bool) -> Optimum:
         proof = prove(land, matcher, value, improver(land, matcher, found), stop_of(land), MOST_NODES)
         value, upper, nodes = max(value, proof.value), max(upper, proof.upper_bound), nodes + proof.nodes
     maxima = settled(problem, found, start)
-    return Optimum(maxima, max(upper, maxima[0].value) if maxima else upper, nodes)
+    return Optimum(maxima, max(upper, maxima[0].value) if maxima else upper, nodes, tuple(found))
+
+
+def landscapes(problem: Problem, start: StartPose | None) -> tuple[list[Landscape], list[Matcher]]:
+    """The map as it is and, where mirrored maps are allowed, turned over."""
+    lands = [
+        Landscape(problem, mirrored, start) for mirrored in ((False, True) if problem.settings.mirror else (False,))
+    ]
+    return lands, [Matcher(land) for land in lands]
 
 
 def local_maxima(problem: Problem) -> list[Placement]:
@@ -65,13 +74,13 @@ def reached(land: Landscape, placements: FloatArray) -> list[Placement]:
     return found
 
 
-def improver(land: Landscape, matcher: Matcher, found: list[Placement]) -> Improve:
+def improver(land: Landscape, matcher: Matcher, found: list[Placement], both: bool = False) -> Improve:
     """Climbs from placements of a landscape and keeps what it finds.
 
     Where steps or a start pose's limits can make the maximum another than that of the climb, what is climbed from is
-    kept too.
+    kept too; always with `both`.
     """
-    both = land.problem.settings.rounding != "none" or land.start is not None
+    both = both or land.problem.settings.rounding != "none" or land.start is not None
 
     def improve(placement: FloatArray) -> tuple[float, FloatArray]:
         top, _ = ascend(land, matcher, placement[None], rounds=8, steps=12, decay=0.75)

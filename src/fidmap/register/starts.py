@@ -31,11 +31,18 @@ def starts(land: Landscape, matcher: Matcher) -> tuple[FloatArray, FloatArray]:
     found, worth = attract(land, matcher, found, rounds=6)
     found = found[np.argsort(-worth, kind="stable")]
     found = found[apart(land, found, near / 4, CLIMBED)]
-    for kept, rounds, steps, decay in ((CLIMBED, 3, 5, 0.7), (FINISHED, 4, 12, 0.75)):
-        top, worth = ascend(land, matcher, np.concatenate([found[:kept], land.unmoved]), rounds, steps, decay)
-        order = np.argsort(-worth, kind="stable")
-        found, worth = top[order], worth[order]
-    return found, worth
+    found, worth = _climbed(land, matcher, np.concatenate([found[:CLIMBED], land.unmoved]), (3, 5, 0.7))
+    best, height = _climbed(land, matcher, np.concatenate([found[:FINISHED], land.unmoved]), (4, 12, 0.75))
+    return np.concatenate([best, found[FINISHED:]]), np.concatenate([height, worth[FINISHED:]])
+
+
+def _climbed(
+    land: Landscape, matcher: Matcher, placements: FloatArray, effort: tuple[int, int, float]
+) -> tuple[FloatArray, FloatArray]:
+    """Placements (K, 4) climbed from with an effort of `ascend`, the best first, and their values (K,)."""
+    top, worth = ascend(land, matcher, placements, *effort)
+    order = np.argsort(-worth, kind="stable")
+    return top[order], worth[order]
 
 
 def peaks(land: Landscape) -> FloatArray:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from fidmap.model import (
+    Assignment,
     BarrelPart,
     Finding,
     GroupResult,
@@ -29,7 +30,7 @@ Document = dict[str, Any]
 
 ATTRIBUTE_ORDER = ("coverage", "global_accuracy", "relative_accuracy", "consistency", "resolution_quality")
 UPPER_BOUND_REASON = "not certified: the quick search (--fast) leaves the proof out"
-RUNNER_UP_REASON = "not certified: the search of this version keeps no second placement"
+FEW_PARTS_REASON = "fewer than three parts are assigned"
 
 
 def report_document(
@@ -172,6 +173,16 @@ def _no_transform_reason(report: Report) -> str:
     return "nothing was assigned"
 
 
+def _runner_up(assignment: Assignment) -> Document | None:
+    found = assignment.runner_up
+    return None if found is None else {"value": found.value, "upper_bound": found.upper_bound}
+
+
+def _no_runner_up_reason(report: Report) -> str:
+    """A registration that was proven has a runner-up unless it has too few parts."""
+    return _no_bound_reason(report) if report.assignment.upper_bound is None else FEW_PARTS_REASON
+
+
 def _no_bound_reason(report: Report) -> str:
     return UPPER_BOUND_REASON if report.arena.has_positions else _no_transform_reason(report)
 
@@ -186,7 +197,7 @@ def _registration(report: Report) -> Document:
         **_or_reason("mirrored", None if found is None else found.mirrored, reason),
         "value": report.assignment.value,
         **_or_reason("upper_bound", report.assignment.upper_bound, _no_bound_reason(report)),
-        **_or_reason("runner_up", None, RUNNER_UP_REASON),
+        **_or_reason("runner_up", _runner_up(report.assignment), _no_runner_up_reason(report)),
     }
 
 

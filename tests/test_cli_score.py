@@ -243,7 +243,7 @@ def test_an_arena_is_json_too(here: Path) -> None:
 @pytest.mark.parametrize("name", ["a [red]b[bold].yaml", "Zürich ☃.yaml", "two\nlines.yaml", "-dash.yaml"])
 def test_names_are_only_names(here: Path, name: str) -> None:
     """Brackets are no markup, a line break breaks no line, unicode stays itself."""
-    (here / name).write_text((here / "good.yaml").read_text())
+    (here / "good.yaml").rename(here / name)
     line = fidmap("score", *ONE, "--json", "--out", "out", "--", name)
     (document,) = documents(line.stdout)
     assert document["map"] == name

@@ -58,7 +58,8 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             shutil.copyfile(path, folder / path.name)
     for team, name in folders.items():
         (tmp_path / "handed-in" / team / f"{name}.yaml").rename(tmp_path / "handed-in" / team / "map.yaml")
-    shutil.copyfile("noisy.yaml", "today.yaml")
+    shutil.copyfile("noisy.pgm", "today.pgm")
+    Path("today.yaml").write_text(Path("noisy.yaml").read_text().replace("noisy.pgm", "today.pgm"))
     Path("judge.csv").write_text("map,coverage,overall\nteamA_map,1,1\nteamB_map,3,2\nteamC_map,2,3\n")
     return tmp_path
 

@@ -43,8 +43,9 @@ ALLOWED: dict[str, set[str]] = {
 CORE = {"version", "model", "geometry", "grid", "scoring", "detect", "register", "attributes", "evaluate", "ranking"}
 LIBRARY = {*ALLOWED, "evaluate", "ranking"}
 ALLOWED["report"] = LIBRARY - {"detect", "register", "attributes", "synth", "evaluate", "schemas"}
-ALLOWED["study"] = (LIBRARY - {"schemas"}) | {"report"}
-ALLOWED["cli"] = LIBRARY | {"report", "study"}
+ALLOWED["inspect"] = LIBRARY - {"synth", "schemas", "human", "ranking"}
+ALLOWED["study"] = (LIBRARY - {"schemas"}) | {"report", "inspect"}
+ALLOWED["cli"] = LIBRARY | {"report", "study", "inspect"}
 ALLOWED["__main__"] = {"cli"}
 ALLOWED["__init__"] = LIBRARY
 

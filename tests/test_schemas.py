@@ -72,9 +72,13 @@ DETECT = """
  "facing_deg": null, "facing_deg_reason": "drawn over 300 degrees or more", "drawn_deg": 350, "sigma_m": 0.01,
  "confidence": 0.97}]}
 """
+INSPECT = """
+{"map": "m.yaml", "format": "map_server", "width": 289, "height": 449, "resolution_m": 0.05, "origin": [0, 0, 0],
+ "share": {"free": 0.5, "unknown": 0.4, "occupied": 0.1}, "findings": []}
+"""
 ERROR = {"map": "m.yaml", "error": {"code": "map-file", "text": "m.yaml: no such file"}}
 
-GOOD = {name: yaml.safe_load(text) for name, text in zip(NAMES, (ARENA, PROFILE, REPORT, DETECT), strict=True)}
+GOOD = {name: yaml.safe_load(text) for name, text in zip(NAMES, (ARENA, PROFILE, REPORT, DETECT, INSPECT), strict=True)}
 
 
 def faults(name: str, document: object) -> list[str]:
@@ -84,7 +88,7 @@ def faults(name: str, document: object) -> list[str]:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_schemas_are_schemas(name: str) -> None:
-    """Draft 2020-12, all four."""
+    """Draft 2020-12, all of them."""
     Draft202012Validator.check_schema(schema(name))
     assert schema(name)["$schema"].endswith("2020-12/schema")
 
@@ -102,7 +106,7 @@ def test_documented_examples_are_good(name: str) -> None:
     assert faults(name, GOOD[name]) == []
 
 
-@pytest.mark.parametrize("name", ["report", "detect"])
+@pytest.mark.parametrize("name", ["report", "detect", "inspect"])
 def test_error_lines_are_good(name: str) -> None:
     """A map that could not be used has a line too."""
     assert faults(name, ERROR) == []

@@ -65,3 +65,21 @@ def weighted_similarity(
         scale = min(max(size / variance if variance > 0 else 1.0, scale_range[0]), scale_range[1])
     z = scale * (moment / size if size > 0 else 1.0)
     return z, complex(target_mean - z * source_mean)
+
+
+def circle_through(points: FloatArray) -> tuple[FloatArray, float]:
+    """Centre (2,) and radius of the circle nearest to points (N, 2), at least three that lie on no line.
+
+    Algebraic start (Kasa 1976), then Gauss-Newton on the distances, since the start is too small for short arcs.
+    """
+    middle = points.mean(axis=0)
+    p = points - middle
+    solution = np.linalg.lstsq(np.column_stack([2 * p, np.ones(len(p))]), (p**2).sum(axis=1), rcond=None)[0]
+    centre, radius = solution[:2], math.sqrt(max(1e-12, float(solution[2] + solution[:2] @ solution[:2])))
+    for _ in range(5):
+        away = p - centre
+        distance = np.maximum(np.hypot(away[:, 0], away[:, 1]), 1e-9)
+        design = np.column_stack([away / distance[:, None], np.ones(len(p))])
+        step = np.linalg.lstsq(design, distance - radius, rcond=None)[0]
+        centre, radius = centre + step[:2], radius + float(step[2])
+    return centre + middle, radius

@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from fidmap.cli import demo, detect, profile, rank, score, synth
+from fidmap.cli import convert, demo, detect, inspect, profile, rank, score, synth
 from fidmap.cli.exits import UNUSABLE, complain, guarded
 from fidmap.version import __version__
 
@@ -42,6 +42,8 @@ def _options(
 
 app.command("score")(guarded(score.score))
 app.command("detect")(guarded(detect.detect))
+app.command("inspect")(guarded(inspect.inspect))
+app.command("convert")(guarded(convert.convert))
 app.command("rank")(guarded(rank.rank))
 app.add_typer(profile.app, name="profile")
 app.add_typer(synth.app, name="synth")

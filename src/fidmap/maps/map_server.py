@@ -15,9 +15,11 @@ from fidmap.maps.description import MAX_YAML_BYTES, Description, load, parse
 from fidmap.maps.files import MAX_IMAGE_BYTES, exists, fault, printable, read_bytes
 from fidmap.maps.oddities import oddities, yaw_ignored
 from fidmap.maps.overrides import Overrides
+from fidmap.maps.robocup.read import recognised
 from fidmap.model import Finding, Grid, MapFileError, Source
 
 MAX_YAMLS_ASKED = 1000
+MOST_NEIGHBOURS = 64
 
 
 def read(path: Path, name: str, overrides: Overrides, noticed: tuple[Finding, ...] = ()) -> Grid:
@@ -37,7 +39,8 @@ def read(path: Path, name: str, overrides: Overrides, noticed: tuple[Finding, ..
     image_path, foreign = locate_image(description, path)
     subject = f"{printable(path)}: its image {printable(description.image)}"
     image = read_bytes(image_path, subject, MAX_IMAGE_BYTES, "an image")
-    raster = images.decode(image, subject, description.meaning.channels)
+    picture = images.load(image, subject)
+    raster = images.in_greys(picture, description.meaning.channels)
     digest = hashlib.sha256(data)
     digest.update(image)
     del image
@@ -45,8 +48,45 @@ def read(path: Path, name: str, overrides: Overrides, noticed: tuple[Finding, ..
     findings = (*noticed, *foreign, *oddities(raster, description.meaning, table))
     if overrides.origin is None:
         findings += yaw_ignored(description.meaning.origin)
+    findings += (*pictured(picture), *shared(image_path, path))
     source = Source(name, digest.hexdigest(), "map_server", findings)
     return to_grid(raster, description.meaning, table, source)
+
+
+def pictured(picture: images.Picture) -> tuple[Finding, ...]:
+    """`lossy-jpeg`, and `rescue-colours` where greys say little about a picture."""
+    found = []
+    if picture.format == "JPEG":
+        text = (
+            "the image is a JPEG, which blurs edges and leaves specks around walls: their places shift by parts of a "
+            "cell; save the map as PGM or PNG"
+        )
+        found.append(Finding("warning", "lossy-jpeg", text))
+    if recognised(picture) is not None:
+        text = (
+            "the image is in the colours of rescue maps, of which thresholds on greys make unexplored ground free and "
+            "marks occupied; --resolution reads the image alone, by its colours, when the image is given as MAP"
+        )
+        found.append(Finding("warning", "rescue-colours", text, "--resolution M_PER_CELL"))
+    return tuple(found)
+
+
+def shared(image_path: Path, yaml_path: Path) -> tuple[Finding, ...]:
+    """`shared-image` where other YAML files in the folder name the same image; large folders are not searched."""
+    try:
+        others = [p for p in yaml_path.parent.iterdir() if p.suffix.lower() in {".yaml", ".yml"} and p != yaml_path]
+    except OSError:
+        return ()
+    if len(others) > MOST_NEIGHBOURS:
+        return ()
+    naming = sorted(printable(other.name) for other in others if _names(other, image_path))
+    if not naming:
+        return ()
+    text = (
+        f"its image {printable(image_path.name)} is also named by {', '.join(naming[:5])}: if these are meant to be "
+        "different maps, one was overwritten"
+    )
+    return (Finding("note", "shared-image", text),)
 
 
 def locate_image(description: Description, yaml_path: Path) -> tuple[Path, tuple[Finding, ...]]:

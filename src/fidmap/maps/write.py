@@ -9,6 +9,8 @@ import numpy.typing as npt
 import yaml
 
 from fidmap.grid import trinarize
+from fidmap.maps.cells import Meaning, code_table
+from fidmap.maps.tables import look_up
 from fidmap.model import Grid, Label
 from fidmap.output_file import write_whole
 
@@ -18,10 +20,12 @@ LOWEST = {Label.FREE: 206, Label.UNKNOWN: 90, Label.OCCUPIED: 0}  # greys that l
 HIGHEST = {Label.FREE: 254, Label.UNKNOWN: 205, Label.OCCUPIED: 89}
 
 
-def write_map(folder: Path, name: str, grid: Grid) -> Path:
+def write_map(folder: Path, name: str, grid: Grid, exact: bool = False) -> Path:
     """Write `name`.pgm and `name`.yaml; the YAML comes last, since it says that the image is there.
 
-    Reading them back gives the same labels, and probabilities to 1/255 within the band of their label.
+    Reading them back gives the same labels, and probabilities to 1/255 within the band of their label. Where `exact`
+    is asked for, the grid's own thresholds are written too if its probabilities keep their labels under them, so that
+    a map_server's map comes back as it was; else the labels win.
 
     Returns:
         The path of the YAML.
@@ -29,12 +33,24 @@ def write_map(folder: Path, name: str, grid: Grid) -> Path:
     Raises:
         OutputError: the place cannot be written.
     """
-    grey = greys(grid)[::-1]
+    grey, thresholds = _exact_greys(grid) if exact else (greys(grid), (FREE_THRESH, OCCUPIED_THRESH))
+    grey = grey[::-1]
     header = f"P5\n{grey.shape[1]} {grey.shape[0]}\n255\n".encode()
     write_whole(folder / f"{name}.pgm", header + grey.tobytes())
     path = folder / f"{name}.yaml"
-    write_whole(path, _description(f"{name}.pgm", grid).encode())
+    write_whole(path, _description(f"{name}.pgm", grid, thresholds, exact).encode())
     return path
+
+
+def _exact_greys(grid: Grid) -> tuple[npt.NDArray[np.uint8], tuple[float, float]]:
+    """Greys that keep every probability to half a grey, and the thresholds that keep the labels with them."""
+    shade = np.rint(255 * (1 - np.clip(grid.occupancy, 0, 1)))
+    shade[np.isnan(shade)] = GREY_OF_UNKNOWN
+    grey = shade.astype(np.uint8)
+    table = code_table(Meaning(grid.resolution_m, free_thresh=grid.free_thresh, occupied_thresh=grid.occupied_thresh))
+    if np.array_equal(look_up(table.labels, grey), trinarize(grid).labels):
+        return grey, (grid.free_thresh, grid.occupied_thresh)
+    return greys(grid), (FREE_THRESH, OCCUPIED_THRESH)
 
 
 def greys(grid: Grid) -> npt.NDArray[np.uint8]:
@@ -49,14 +65,15 @@ def greys(grid: Grid) -> npt.NDArray[np.uint8]:
     return result
 
 
-def _description(image: str, grid: Grid) -> str:
-    origin = [round(value, 6) for value in (grid.origin.x_m, grid.origin.y_m, grid.origin.yaw)]
+def _description(image: str, grid: Grid, thresholds: tuple[float, float], exact: bool) -> str:
+    numbers = (grid.origin.x_m, grid.origin.y_m, grid.origin.yaw)
+    origin = [float(value) if exact else round(value, 6) for value in numbers]
     document = {
         "image": image,
-        "resolution": grid.resolution_m,
+        "resolution": float(grid.resolution_m),
         "origin": origin,
         "negate": 0,
-        "occupied_thresh": OCCUPIED_THRESH,
-        "free_thresh": FREE_THRESH,
+        "occupied_thresh": float(thresholds[1]),
+        "free_thresh": float(thresholds[0]),
     }
     return yaml.safe_dump(document, sort_keys=False, default_flow_style=None)

@@ -1,4 +1,4 @@
-"""JSON Schemas of what fidmap reads and writes: arena and profile files, lines of `score` and `detect`."""
+"""JSON Schemas of what fidmap reads and writes: arena and profile files, lines of `score`, `detect` and `inspect`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 from fidmap.arena import arena_json_schema
 from fidmap.profiles import profile_json_schema
 
-NAMES = ("arena", "profile", "report", "detect")
+NAMES = ("arena", "profile", "report", "detect", "inspect")
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 

@@ -11,6 +11,7 @@ from typing import Any
 from fidmap.detect import find_barrel_parts
 from fidmap.evaluate import evaluate, evaluate_points
 from fidmap.grid import trinarize
+from fidmap.inspect import with_findings
 from fidmap.maps import read_map
 from fidmap.maps.overrides import Overrides
 from fidmap.model import Arena, BarrelPart, FidmapError, Grid, Report, Settings, SettingsError, Source, StartPose
@@ -68,7 +69,7 @@ def score(job: ScoreJob) -> Outcome:
     """Read and score one map; a fault of the file becomes an error document."""
     started = time.perf_counter()
     try:
-        grid = None if job.map is None else read_map(job.map, **vars(job.overrides))
+        grid = None if job.map is None else with_findings(read_map(job.map, **vars(job.overrides)))
         report, inputs = _evaluate(job, grid)
         settings = profile_document(job.settings)
         seconds = time.perf_counter() - started

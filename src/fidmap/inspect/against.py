@@ -97,7 +97,7 @@ def _transform_findings(scale: float, mirrored: bool, parts: int, grid: Grid) ->
         text = (
             f"{parts} parts fit the arena only when the map is mirrored: image rows or the world file are upside down"
         )
-        found.append(Finding("warning", "mirrored", text, "profile with mirror: true"))
+        found.append(Finding("warning", "mirrored", text, "--profile FILE with mirror: true"))
     if abs(scale - 1) > SCALE_OFF:
         text = (
             f"{parts} parts fit the arena best when the map is scaled by {scale:.3f}: the resolution looks wrong, "

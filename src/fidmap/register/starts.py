@@ -11,14 +11,14 @@ from fidmap.register.near import Matcher
 from fidmap.register.sweep import Sweep, raster
 
 # cell of the coarse sweep as a share of D, and how far a half turn moves the parts in such cells
-CELL_SHARE = 1 / 6
-TURN_SHARE = 1.25
+CELL_SHARE = 1 / 4
+TURN_SHARE = 1.0
 # peaks kept of every layer, of all layers, and drawn on to the end
 PEAKS = 12
 MOST = 400
-DRAWN = 48
-CLIMBED = 16
-FINISHED = 4
+DRAWN = 32
+CLIMBED = 8
+FINISHED = 3
 # peaks whose parts lie nearer than this share of D (rms) count as one
 APART = 0.3
 

@@ -1,0 +1,159 @@
+"""`./run bench register [--quick]`: registrations, how near the optimum, how well proven, how long; writes its section.
+
+CPU time of one thread. The 60 given cases are read from the folder that FIDMAP_REAL_DATA names; 300 of our own follow
+from seeds. Peers look at cases of up to 20 parts: they take seconds each.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from benchmarks.page import table, write_section
+from benchmarks.register_cases import Case, given, own
+from benchmarks.register_peers import PEERS, problem_of, prototype
+from fidmap.model import CONTINUOUS, SSRR2011, BarrelPart, Settings
+from fidmap.register.optimum import Optimum, find
+from fidmap.register.problem import make_problem
+from fidmap.register.runner_up import find_runner_up
+
+SIMILAR = replace(CONTINUOUS, transform="similarity")
+HEAD = ["", "cases", "within 0.1 % of the known optimum", "certified", "CPU s: median", "p95", "most"]
+PEER_PARTS = 20
+
+
+@dataclass(frozen=True)
+class Run:
+    """One search: its case, what it found, its seconds of CPU, and whether that is near the known optimum."""
+
+    case: Case
+    optimum: Optimum
+    seconds: float
+    known: float | None
+
+    @property
+    def value(self) -> float:
+        """The greatest value found."""
+        return self.optimum.maxima[0].value if self.optimum.maxima else 0.0
+
+    def certified(self, tolerance: float) -> bool:
+        """Whether the bound is that near (as a share) to the value."""
+        bound = self.optimum.upper_bound
+        return bound is not None and bound <= self.value * (1 + tolerance) + 1e-6
+
+
+def search(case: Case, settings: Settings, key: str, fast: bool = False, fixed: bool = False) -> Run:
+    """Time one search."""
+    parts: tuple[BarrelPart, ...] = case.fixed() if fixed else case.parts
+    start = time.process_time()
+    optimum = find(make_problem(parts, case.arena, settings), None, fast)
+    return Run(case, optimum, time.process_time() - start, case.best.get(key))
+
+
+def row(name: str, runs: Sequence[Run], tolerance: float, share: float = 1e-3) -> list[object]:
+    """A line of the table."""
+    known = [run for run in runs if run.known is not None]
+    near = sum(run.value >= (run.known or 0.0) * (1 - share) - 1e-6 for run in known)
+    seconds = [run.seconds for run in runs]
+    proven = sum(run.certified(tolerance) for run in runs)
+    bounds = f"{proven} of {len(runs)}" if runs[0].optimum.upper_bound is not None else "not certified"
+    return [
+        name, len(runs), f"{near} of {len(known)}" if known else "-", bounds,
+        *(f"{v:.3f}" for v in (np.median(seconds), np.percentile(seconds, 95), max(seconds))),
+    ]  # fmt: skip
+
+
+def given_rows(cases: list[Case]) -> list[list[object]]:
+    """The table of the goals on given cases."""
+    small = [c for c in cases if len(c.arena.parts) <= 50]
+    tiny = [c for c in cases if len(c.arena.parts) <= 30]
+    large = [c for c in cases if len(c.arena.parts) > 50]
+    rows = [row("rigid, N <= 50", [search(c, CONTINUOUS, "rigid") for c in small], 1.001e-3)]
+    if large:
+        rows.append(row("rigid, N = 100 to 200", [search(c, CONTINUOUS, "rigid") for c in large], 1.001e-3))
+    rows.append(row("`--fast`, all", [search(c, CONTINUOUS, "rigid", fast=True) for c in cases], 0))
+    rows.append(
+        row("steps, N <= 50 (exact)", [search(c, SSRR2011, "rigid_discretised_nearest") for c in small], 0, share=0)
+    )
+    fixed = [search(c, CONTINUOUS, "fixed_assignment_rigid", fixed=True) for c in small]
+    rows.append(row("assignment fixed (1e-4), N <= 50", fixed, 1.01e-4, share=1e-4))
+    stepped = [search(c, SSRR2011, "fixed_assignment_discretised", fixed=True) for c in small]
+    rows.append(row("assignment fixed, steps (exact)", stepped, 0, share=0))
+    rows.append(row("similarity, N <= 30", [search(c, SIMILAR, "similarity") for c in tiny], 1.001e-3))
+    return rows
+
+
+def runner_up_row(name: str, cases: list[Case]) -> list[object]:
+    """How often another registration is nearly as good, and what proving that took against the main search."""
+    ambiguous, proven, ratios = 0, 0, []
+    for case in cases:
+        run = search(case, CONTINUOUS, "rigid")
+        if not run.optimum.maxima or len(run.optimum.maxima[0].pairs) < 3:
+            continue
+        start = time.process_time()
+        best = run.optimum.maxima[0]
+        found, _ = find_runner_up(problem_of(case), case.arena, None, run.optimum, best)
+        ratios.append((time.process_time() - start) / run.seconds)
+        ambiguous += found.value >= 0.95 * run.value
+        proven += found.upper_bound <= found.value * 1.0101
+    count = len(ratios)
+    return [
+        name, count, f"{ambiguous} ({ambiguous / count:.0%})", f"{proven} of {count}",
+        f"{np.median(ratios):.1f}", f"{np.percentile(ratios, 90):.1f}",
+    ]  # fmt: skip
+
+
+def peer_rows(cases: list[Case]) -> list[list[object]]:
+    """The peers on small cases; how near they come to what was certified."""
+    small = [c for c in cases if len(c.arena.parts) <= PEER_PARTS]
+    ours = [search(c, CONTINUOUS, "rigid") for c in small]
+    own_time = np.median([run.seconds for run in ours])
+    rows: list[list[object]] = [["fidmap", len(small), len(small), "1.000", f"{own_time:.3f}"]]
+    theirs = prototype()
+    for name, peer in {**PEERS, **({} if theirs is None else {"the prototype (numba)": theirs})}.items():
+        shares, seconds = [], []
+        for run in ours:
+            problem, start = problem_of(run.case), time.process_time()
+            shares.append(peer(run.case, problem) / run.value)
+            seconds.append(time.process_time() - start)
+        near = sum(share >= 0.999 for share in shares)
+        rows.append([name, len(small), near, f"{np.mean(shares):.3f}", f"{np.median(seconds):.3f}"])
+    return rows
+
+
+def main() -> int:
+    """Measure and write; `--quick` looks at few and small cases, and writes nothing."""
+    quick = "--quick" in sys.argv[1:]
+    cases = [c for c in given() if not quick or len(c.arena.parts) <= 12]
+    if not cases:
+        sys.stderr.write("the given cases are missing: set FIDMAP_REAL_DATA to the folder that holds them\n")
+        return 1
+    small = [c for c in cases if len(c.arena.parts) <= 50]
+    faced = [c for c in given(faced=True) if c.name in {one.name for one in small}]
+    ours = [own(seed) for seed in range(10 if quick else 300)]
+    rows = given_rows(cases)
+    rows.append(row("our own with facings", [search(c, CONTINUOUS, "") for c in ours], 1.001e-3))
+    rivals = [runner_up_row("given, without facings", small), runner_up_row("given, with facings", faced)]
+    rivals.append(runner_up_row("our own with facings", ours))
+    parts = [
+        table(HEAD, rows),
+        table(["runner-up", "cases", "ambiguous", "certified at 1 %", "time against main: median", "p90"], rivals),
+        table(
+            ["", "cases", "within 0.1 %", "mean share of the optimum", "CPU s: median"],
+            peer_rows(cases[:4] if quick else cases),
+        ),
+    ]
+    left_out = "" if prototype() else "\nThe prototype was left out: it or numba is not installed here.\n"
+    text = "## Registrations\n\n" + "\n".join(parts) + left_out
+    sys.stdout.write(text)
+    if not quick:
+        write_section("register", text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

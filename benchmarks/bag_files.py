@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import io
+import sqlite3
+import struct
+import zlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -91,3 +94,24 @@ def mcap_bytes(written: Written, compression: str = "LZ4", **options: Any) -> by
         writer.add_message(channels[topic], stamp, as_cdr(data), stamp)
     writer.finish()  # type: ignore[no-untyped-call]  # as the library has it
     return file.getvalue()
+
+
+def write_rtabmap(
+    path: Path,
+    data: Cells,
+    shape: tuple[int, int] | None = None,
+    kind: int = 1,
+    resolution: object = 0.05,
+    packed: bytes | None = None,
+) -> Path:
+    """A database with the table and the blob of RTAB-Map's Compression.cpp: zlib, then three integers."""
+    with sqlite3.connect(path) as connection:
+        connection.execute(
+            "CREATE TABLE Admin (version TEXT, opt_map BLOB, opt_map_x_min FLOAT, opt_map_y_min FLOAT, "
+            "opt_map_resolution FLOAT)"
+        )
+        blob = zlib.compress(data.tobytes()) if packed is None else packed
+        blob += struct.pack("<3i", *(shape or data.shape), kind)
+        connection.execute("INSERT INTO Admin VALUES ('0.21', ?, -1.5, 2.5, ?)", (blob, resolution))
+    connection.close()
+    return path

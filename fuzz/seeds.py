@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from benchmarks.bag_files import cells, mcap_bytes, write_bag1, write_bag2
+from benchmarks.bag_files import cells, mcap_bytes, write_bag1, write_bag2, write_rtabmap
 from benchmarks.cloud_files import Points, write_las, write_octree, write_pcd, write_ply
+from benchmarks.drawing_files import write_dxf, write_geojson, write_svg
 from PIL import Image
 
 from fidmap.arena import read_arena
@@ -57,6 +58,10 @@ PROFILE = b"fidmap_profile: 1\nbase: ssrr2011\nmin_opening: 1/2\nweights: {cover
 POINTS = (
     b"n,x_m,y_m,facing_deg,drawn_deg,sigma_m,confidence,part,id\n1,4.912,3.707,84.4,164.0,0.009,1.0,7B,\n2,1,2,,,,,,-\n"
 )
+POIS = (
+    b"pois,,,\n1.2,,,\nTeam,,,\n,,,\nid,time,text,x-coord,y,z\n1,16:08:20,A,1.0753,-0.6884,0.86\n2,16:08:21,B,2,3,0\n"
+)
+PTS = b"Lab,,\nqr_1,5.5,4.12\nqr_2,9.2,2.14\n"
 
 
 def seeds(folder: Path) -> list[Seed]:
@@ -69,9 +74,13 @@ def seeds(folder: Path) -> list[Seed]:
         *(Seed(name, f"image{k}", data, plain) for k, (name, data) in enumerate(_images(grey))),
         *(Seed(name, f"cloud{k}", data, read_map) for k, (name, data) in enumerate(_clouds())),
         *(Seed(name, f"bag{k}", data, read_map) for k, (name, data) in enumerate(_bags())),
+        *(Seed(name, f"plan{k}", data, read_map) for k, (name, data) in enumerate(_plans())),
+        Seed("RTAB-Map", "rtabmap.db", _rtabmap(), read_map),
         Seed("arena file", "arena.yaml", ARENA, read_arena),
         Seed("profile file", "profile.yaml", PROFILE, read_profile),
         Seed("points file", "points.csv", POINTS, read_points),
+        Seed("object list", "pois.csv", POIS, read_points),
+        Seed("pts", "seed.pts", PTS, read_points),
     ]
 
 
@@ -132,3 +141,16 @@ def _bag_files(folder: Path) -> Iterator[tuple[str, bytes]]:
     for compression in ("NONE", "LZ4", "ZSTD"):
         yield f"MCAP {compression}", mcap_bytes(written, compression)
     yield "MCAP without chunks", mcap_bytes(written, use_chunking=False)
+
+
+def _plans() -> Iterator[tuple[str, bytes]]:
+    made = [("line", np.array([0.0, 0.0, 3.0, 1.0])), ("arc", np.array([1.0, 2.0, 0.3, 0.5, 3.14]))]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "plan"
+        for name, write in (("DXF", write_dxf), ("SVG", write_svg), ("GeoJSON", write_geojson)):
+            yield name, write(path, made).read_bytes()
+
+
+def _rtabmap() -> bytes:
+    with tempfile.TemporaryDirectory() as folder:
+        return write_rtabmap(Path(folder) / "rtabmap.db", cells(0)).read_bytes()

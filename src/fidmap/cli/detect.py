@@ -38,6 +38,8 @@ def detect(
     origin_at: options.OriginAt = None,
     slab: options.Slab = None,
     up: options.Up = None,
+    layer: options.Layer = None,
+    unit: options.Unit = None,
 ) -> None:
     """Find barrel parts in maps: arcs of a known radius, without any arena."""
     if not maps:
@@ -57,6 +59,7 @@ def detect(
     overrides = Overrides(
         resolution, pose, free_thresh, occupied_thresh,
         topic=topic, time_s=time, flavour=flavour, origin_at=origin_at, slab_m=heights, up=up,
+        layers=tuple(layer) if layer else None, unit_m=unit,
     )  # fmt: skip
     kept = distinct(maps, resolution is not None)
     codes = set()

@@ -39,6 +39,11 @@ Slab = Annotated[
     str | None,
     typer.Option("--slab", metavar="LOW_M,HIGH_M", help="What of a 3D map is looked at: heights above the floor."),
 ]
+Layer = Annotated[
+    list[str] | None,
+    typer.Option("--layer", metavar="NAME|#RRGGBB", help="A layer or colour of a drawing; may be repeated."),
+]
+Unit = Annotated[float | None, typer.Option("--unit", metavar="M_PER_UNIT", help="Metres per unit of a drawing.")]
 Up = Annotated[str | None, typer.Option("--up", metavar="AXIS", help="The axis of a 3D map that is up: z, -y, ...")]
 Json = Annotated[bool, typer.Option("--json", help="JSON Lines on stdout: one object per map, nothing else.")]
 Workers = Annotated[int, typer.Option("--workers", min=0, help="Processes; 0 takes one per core.")]

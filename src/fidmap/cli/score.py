@@ -57,6 +57,8 @@ def score(
     origin_at: options.OriginAt = None,
     slab: options.Slab = None,
     up: options.Up = None,
+    layer: options.Layer = None,
+    unit: options.Unit = None,
 ) -> None:
     """Score maps against an arena: coverage, accuracy, consistency, and a weighted overall score."""
     gates, paths = split_gates(fail_under or [], maps or [])
@@ -81,6 +83,7 @@ def score(
     overrides = Overrides(
         resolution, pose, free_thresh, occupied_thresh,
         topic=topic, time_s=time, flavour=flavour, origin_at=origin_at, slab_m=heights, up=up,
+        layers=tuple(layer) if layer else None, unit_m=unit,
     )  # fmt: skip
     kept: Sequence[str | None] = distinct(paths, resolution is not None) or [None]
     drawn = out is not None

@@ -6,10 +6,12 @@ The format is recognised by content; docs/formats.md says exactly what is read.
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
-from fidmap.maps import formats, images, map_server, plain
+from fidmap.maps import formats, images, map_server, plain, remote
 from fidmap.maps.cells import Flavour
+from fidmap.maps.extras import MissingLibraryError
 from fidmap.maps.files import fault, printable, read_bytes
 from fidmap.maps.overrides import OriginAt, Overrides
 from fidmap.model import Finding, Grid, MapFileError, Pose2
@@ -30,6 +32,8 @@ def read_map(
     origin_at: OriginAt | None = None,
     slab_m: tuple[float, float] | None = None,
     up: str | None = None,
+    layers: tuple[str, ...] | None = None,
+    unit_m: float | None = None,
 ) -> Grid:
     """Read a map in any format that is read: a map_server YAML with its image, a plain image, a bag, ...
 
@@ -46,17 +50,26 @@ def read_map(
         origin_at: whether the origin is the "corner" (the default) or the "centre" of the lower-left cell.
         slab_m: lowest and highest height above the floor of what a 3D map shows; by default 0.2 to 0.9 m.
         up: which axis of a point cloud is up, "z" or "-y" and so on; by default it is found.
+        layers: layers, groups or colours (#rrggbb) of a drawing that are painted; by default all.
+        unit_m: metres per unit of a drawing that does not say it.
 
     Raises:
         MapFileError: one sentence that names the file, what is wrong, what was expected and what to do.
     """
     name = os.fspath(path)
     overrides = Overrides(
-        resolution_m, origin, free_thresh, occupied_thresh, topic, time_s, flavour, origin_at, slab_m, up
+        resolution_m, origin, free_thresh, occupied_thresh, topic, time_s, flavour, origin_at, slab_m, up,
+        layers, unit_m,
     )  # fmt: skip
     overrides.check(name)
     try:
+        if remote.is_url(name):
+            with remote.fetched(name) as local:
+                grid = _read(local, str(local), overrides)
+                return replace(grid, source=replace(grid.source, name=name))
         return _read(Path(name), name, overrides)
+    except MissingLibraryError as error:
+        raise fault(name, str(error)) from None
     except MemoryError:
         raise fault(name, "does not fit into memory; crop it or save it with larger cells") from None
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from fidmap.maps import db3, mcap, rosbag1
 from fidmap.maps.cursor import BrokenRecordError
 from fidmap.maps.files import fault, printable
-from fidmap.maps.occupancy_message import FREE_THRESH, OCCUPIED_THRESH, TYPES, decode_cdr, decode_ros1
+from fidmap.maps.occupancy_message import FREE_THRESH, OCCUPIED_THRESH, TYPES, OccupancyMessage, decode_cdr, decode_ros1
 from fidmap.maps.oddities import label_oddities
 from fidmap.maps.overrides import Overrides
 from fidmap.maps.recording import Message, Recording, unpacked_message
@@ -112,11 +112,24 @@ def _grid(found: Found, name: str, overrides: Overrides, notes: tuple[Finding, .
         raise BrokenRecordError(f"its messages have the encoding {encoding[:20]!r}, expected cdr or ros1")
     decode = decode_ros1 if encoding == "ros1" else decode_cdr
     message = decode(unpacked_message(found.message.data))
+    digest = hashlib.sha256(found.message.data).hexdigest()
+    return message_grid(message, digest, name, f"bag:{found.topic}", overrides, notes)
+
+
+def message_grid(
+    message: OccupancyMessage,
+    digest: str,
+    name: str,
+    kind: str,
+    overrides: Overrides,
+    notes: tuple[Finding, ...] = (),
+) -> Grid:
+    """The grid of a message: thresholds as the map savers of ROS have them, unless the user says otherwise."""
     occupancy = message.occupancy()
     free = FREE_THRESH if overrides.free_thresh is None else overrides.free_thresh
     occupied = OCCUPIED_THRESH if overrides.occupied_thresh is None else overrides.occupied_thresh
     findings = (*notes, *label_oddities(*message.labels(free, occupied)))
-    source = Source(name, hashlib.sha256(found.message.data).hexdigest(), f"bag:{found.topic}", findings)
+    source = Source(name, digest, kind, findings)
     resolution = message.resolution_m if overrides.resolution_m is None else overrides.resolution_m
     origin = overrides.corner(overrides.origin or message.origin, resolution)
     return Grid(occupancy, resolution, origin, free, occupied, None, source)

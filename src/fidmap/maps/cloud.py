@@ -133,7 +133,8 @@ def _survey(cloud: Cloud, name: str) -> Extent:
                 column = column[np.isfinite(column)]
                 least, most = float(column.min(initial=np.inf)), float(column.max(initial=-np.inf))
             low[axis], high[axis] = min(low[axis], least), max(high[axis], most)
-        thin = block[::step].astype(float)
+        with np.errstate(invalid="ignore"):  # a signalling NaN is one like any other
+            thin = block[::step].astype(float)
         sample.append(thin[np.isfinite(thin).all(axis=1)])
     points = np.concatenate(sample) if sample else np.empty((0, 3))
     if not len(points):

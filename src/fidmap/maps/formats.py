@@ -11,6 +11,7 @@ from fidmap.maps.cursor import BrokenRecordError
 from fidmap.maps.extras import MissingLibraryError
 from fidmap.maps.files import fault, read_bytes
 from fidmap.maps.overrides import Overrides
+from fidmap.maps.refused import is_refused
 from fidmap.model import Grid
 
 HEAD_BYTES = 4096
@@ -35,14 +36,36 @@ def _is_pcd(head: bytes) -> bool:
     return words[:1] == [b"VERSION"] and b"FIELDS" in words
 
 
+def _is_svg(head: bytes) -> bool:
+    """XML whose first element, as far as it can be seen, is svg."""
+    return head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<") and b"<svg" in head
+
+
+def _is_dxf(head: bytes) -> bool:
+    """The group code 0 with SECTION, perhaps after comments (999); or the mark of binary files."""
+    words = [line.strip() for line in head.lstrip(b"\xef\xbb\xbf \t\r\n").splitlines()[:2]]
+    commented = words[:1] == [b"999"] and b"SECTION" in head
+    return head.startswith(b"AutoCAD Binary DXF") or words == [b"0", b"SECTION"] or commented
+
+
+def _is_geojson(head: bytes) -> bool:
+    """JSON that names a kind of GeoJSON near its beginning."""
+    kinds = (b'"FeatureCollection"', b'"GeometryCollection"', b'"Feature"', b'LineString"', b'Polygon"')
+    return head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{") and any(kind in head for kind in kinds)
+
+
 FORMATS = (
     Format(_starts(b"#ROSBAG V2.0\n"), "a ROS 1 bag", "bag"),
     Format(_starts(b"\x89MCAP0\r\n"), "an MCAP file", "bag"),
-    Format(_starts(b"SQLite format 3\0"), "an SQLite file", "bag"),
+    Format(_starts(b"SQLite format 3\0"), "an SQLite file", "sqlite_map"),
     Format(_starts(b"ply\n", b"ply\r"), "a PLY file", "ply"),
     Format(_is_pcd, "a PCD file", "pcd"),
     Format(_starts(b"# Octomap OcTree"), "an octree", "octomap"),
     Format(_starts(b"LASF"), "a LAS file", "las"),
+    Format(_is_svg, "an SVG file", "svg"),
+    Format(_is_dxf, "a DXF file", "dxf"),
+    Format(_is_geojson, "a GeoJSON file", "geojson"),
+    Format(is_refused, "another program's file", "refused"),
 )
 
 

@@ -26,6 +26,7 @@ class Overrides:
     topic, time_s: which map of a bag; seconds after the recording began, None for the last map.
     flavour: whose map_server's rules. origin_at: what of the lower-left cell the origin is.
     slab_m: what of a 3D map is looked at, lowest and highest height above the floor. up: the axis that is up.
+    layers: what of a drawing is painted: layers, groups or colours. unit_m: metres per unit of a drawing.
     """
 
     resolution_m: float | None = None
@@ -38,6 +39,8 @@ class Overrides:
     origin_at: OriginAt | None = None
     slab_m: tuple[float, float] | None = None
     up: str | None = None
+    layers: tuple[str, ...] | None = None
+    unit_m: float | None = None
 
     def corner(self, origin: Pose2, resolution_m: float) -> Pose2:
         """The pose of the lower-left cell's corner, from an origin that is meant as `origin_at` says."""
@@ -64,6 +67,10 @@ class Overrides:
         for option, value in (("free", self.free_thresh), ("occupied", self.occupied_thresh)):
             if value is not None and not math.isfinite(value):
                 raise fault(subject, f"cannot be read with --{option}-thresh {value:g}; expected a number from 0 to 1")
+        self._check_contents(subject)
+
+    def _check_contents(self, subject: object) -> None:
+        """What chooses among the contents of a file."""
         if self.time_s is not None and not 0 <= self.time_s <= MAX_TIME_S:
             raise fault(subject, f"cannot be read with --time {self.time_s:g}; expected seconds after its beginning")
         for option, word, known in (("flavour", self.flavour, FLAVOURS), ("origin-at", self.origin_at, ORIGINS)):
@@ -76,6 +83,8 @@ class Overrides:
                 f"cannot be read with --slab {low:g},{high:g}; expected the lowest and the highest height above the "
                 "floor in metres, such as --slab 0.2,0.9",
             )
+        if self.unit_m is not None and not 1e-9 <= self.unit_m <= 1e6:
+            raise fault(subject, f"cannot be read with --unit {self.unit_m:g}; expected metres, 0.001 for millimetres")
         if self.up is not None and self.up not in AXES:
             raise fault(subject, f"cannot be read with --up {self.up}; expected one of {', '.join(AXES)}")
 

@@ -6,33 +6,18 @@ A new format adds its rows to `ROWS`; nothing else in the benchmark knows any fo
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from PIL import Image
 
+from benchmarks.foreign_rows import FOREIGN_ROWS
 from benchmarks.robocup_picture import clean_picture, marked_picture
+from benchmarks.rows import Row
 from fidmap.maps.robocup.write import FACTOR, write_geotiff
 from fidmap.maps.write import greys, write_map
 from fidmap.model import Grid
-
-
-@dataclass(frozen=True)
-class Row:
-    """One format: `write` makes `folder/name...` and returns what is read; `decode` returns the decoded bytes.
-
-    options: what `read_map` needs beside the path. points: how far attributes may lie from the PGM's.
-    across: pixels across a cell, so that pictures of times and memory have the same size in pixels.
-    """
-
-    name: str
-    write: Callable[[Path, Grid], Path]
-    decode: Callable[[Path], int]
-    options: dict[str, Any] = field(default_factory=dict)
-    points: float = 1.0
-    across: int = 1
 
 
 def pillow(path: Path) -> int:
@@ -100,4 +85,5 @@ ROWS = (
     Row("RoboCup PNG", _picture(clean_picture, "clean.png"), pillow, across=FACTOR),
     Row("RoboCup PNG, 12 victims and other marks", _picture(marked_picture, "marks.png"), pillow, across=FACTOR),
     Row("RoboCup JPEG, the same", _picture(marked_picture, "marks.jpg", quality=85), pillow, across=FACTOR),
+    *FOREIGN_ROWS,
 )

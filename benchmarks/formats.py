@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -18,8 +19,9 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.detect_speed import THREADS, tiled
-from benchmarks.format_rows import ROWS, Row
+from benchmarks.format_rows import ROWS
 from benchmarks.page import table, write_section
+from benchmarks.rows import Row
 from fidmap.evaluate import evaluate
 from fidmap.maps import read_map
 from fidmap.maps.tables import look_up
@@ -57,8 +59,8 @@ def speed_row(row: Row, grid: Grid, folder: Path) -> list[str]:
     memory = _alone("memory", row, path)
     limit = 3 * seconds["decode"] + seconds["pass"]
     beyond = (memory["peak"] - memory["decoded"]) / CELLS**2
-    for file in path.parent.iterdir():
-        file.unlink()
+    shutil.rmtree(folder)
+    folder.mkdir()
     return [
         row.name,
         f"{1e3 * seconds['decode']:.0f}",

@@ -96,6 +96,7 @@ def _images(grey: np.ndarray[tuple[int, int], np.dtype[np.uint8]]) -> Iterator[t
     for name, form, mode in (
         ("PNG", "PNG", "L"), ("PNG palette", "PNG", "P"), ("PNG alpha", "PNG", "RGBA"), ("PNG 1 bit", "PNG", "1"),
         ("PNG 16 bit", "PNG", "I;16"), ("JPEG", "JPEG", "L"), ("BMP", "BMP", "L"), ("BMP colour", "BMP", "RGB"),
+        ("TIFF", "TIFF", "RGB"), ("TIFF grey", "TIFF", "L"),
     ):  # fmt: skip
         file = io.BytesIO()
         image.convert(mode).save(file, form)

@@ -38,6 +38,20 @@ def test_a_jpeg_header_is_no_map(tmp_path: Path) -> None:
     assert peak < MEGABYTE
 
 
+def test_a_tiff_of_which_most_is_missing(tmp_path: Path) -> None:
+    """One strip of 20 rows in an image of millions: 1 GB of black that nobody drew (found by fuzzing)."""
+    file = io.BytesIO()
+    Image.new("L", (30, 20), 254).save(file, "TIFF")
+    data = bytearray(file.getvalue())
+    entry = data.index(struct.pack("<HHI", 257, 4, 1))
+    data[entry : entry + 12] = struct.pack("<HHII", 257, 4, 1, 5_963_796)
+    (tmp_path / "m.tif").write_bytes(data)
+    tracemalloc.start()
+    assert "m.tif is a broken or truncated TIFF image" in sentence("m.tif", resolution_m=0.05)
+    assert tracemalloc.get_traced_memory()[1] < MEGABYTE
+    tracemalloc.stop()
+
+
 def test_links_that_lead_in_a_circle(tmp_path: Path) -> None:
     """Also where only names are compared: `--resolution` used to end in a traceback."""
     (tmp_path / "a.png").symlink_to("b.png")

@@ -103,6 +103,8 @@ def _load(data: bytes, name: str, decoder: type[ImageFile.ImageFile], subject: o
             check_size(*image.size, subject)
             if name == "JPEG" and image.width * image.height > MOST_PIXELS_PER_BYTE * len(data):
                 raise OSError("no JPEG holds so many pixels in so few bytes; its decoder would fill them up with grey")
+            if name == "TIFF" and _covered(image) < image.width * image.height:
+                raise OSError("the strips of the file do not cover the image; its decoder would fill it up with black")
             # Pillow forgets how many bits a grey PNG had, while its transparent grey is given in those bits.
             image.info["fidmap_bits"] = {"L;2": 2, "L;4": 4}.get(_raw_mode(image), 8)
             image.load()
@@ -117,6 +119,12 @@ def _load(data: bytes, name: str, decoder: type[ImageFile.ImageFile], subject: o
             f"is a broken or truncated {name} image; expected a whole one, so copy or save the map again",
         ) from None
     return image
+
+
+def _covered(image: ImageFile.ImageFile) -> int:
+    """Pixels of all strips or tiles that the file has."""
+    boxes = [tile.extents for tile in image.tile if tile.extents is not None]
+    return sum(max(0, right - left) * max(0, bottom - top) for left, top, right, bottom in boxes)
 
 
 def _raw_mode(image: ImageFile.ImageFile) -> str:

@@ -25,9 +25,13 @@ def convert(
     time: options.Time = None,
     flavour: options.Flavour = None,
     origin_at: options.OriginAt = None,
+    slab: options.Slab = None,
+    up: options.Up = None,
+    layer: options.Layer = None,
+    unit: options.Unit = None,
 ) -> None:
     """Write a map as map_server YAML with PGM, or as RoboCup GeoTIFF; reading it back gives the same grid."""
-    pose = options.parse_origin(origin)
+    pose, heights = options.parse_origin(origin), options.parse_slab(slab)
 
     from fidmap.maps import convert as writing
     from fidmap.maps import read_map
@@ -36,6 +40,7 @@ def convert(
     grid = read_map(
         source, resolution_m=resolution, origin=pose, free_thresh=free_thresh, occupied_thresh=occupied_thresh,
         topic=topic, time_s=time, flavour=flavour, origin_at=origin_at,
+        slab_m=heights, up=up, layers=tuple(layer) if layer else None, unit_m=unit,
     )  # fmt: skip
     for finding in grid.source.findings:
         complain(f"{finding.level}: {source}: {finding.text}")

@@ -33,13 +33,17 @@ def inspect(
     time: options.Time = None,
     flavour: options.Flavour = None,
     origin_at: options.OriginAt = None,
+    slab: options.Slab = None,
+    up: options.Up = None,
+    layer: options.Layer = None,
+    unit: options.Unit = None,
 ) -> None:
     """What a map is, and what is odd about it: what that does to the score, and which option mends it."""
     if not maps:
         raise usage("no map: give at least one MAP")
     if radius is not None and not (math.isfinite(radius) and radius > 0):
         raise usage(f"--radius {radius}: expected a positive number of metres")
-    pose = options.parse_origin(origin)
+    pose, heights = options.parse_origin(origin), options.parse_slab(slab)
 
     from fidmap.arena import read_arena
     from fidmap.maps.overrides import Overrides
@@ -53,6 +57,7 @@ def inspect(
     overrides = Overrides(
         resolution, pose, free_thresh, occupied_thresh,
         topic=topic, time_s=time, flavour=flavour, origin_at=origin_at,
+        slab_m=heights, up=up, layers=tuple(layer) if layer else None, unit_m=unit,
     )  # fmt: skip
     kept = distinct(maps, resolution is not None)
     codes = set()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import sqlite3
+import sys
 import zipfile
 import zlib
 from pathlib import Path
@@ -90,6 +91,14 @@ def test_other_places(tmp_path: Path) -> None:
     assert sentence("memory://maps/bad.yaml").startswith("memory://maps/bad.yaml")
     assert "cannot be fetched" in sentence("memory://maps/nothing.pgm")
     assert "cannot be fetched" in sentence("nonsense://maps/m.pgm")
+
+
+def test_a_missing_library_for_a_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fsspec says which one, and the extra brings it."""
+    monkeypatch.setitem(sys.modules, "s3fs", None)
+    text = sentence("s3://maps/m.yaml")
+    assert text.startswith("s3://maps/m.yaml needs a library (")
+    assert "pip install 'fidmap[remote]'" in text
 
 
 @pytest.mark.parametrize("image", ["/etc/passwd", "../secret.pgm", "a/../../secret.pgm", "C:\\maps\\m.pgm"])

@@ -42,6 +42,10 @@ def fetched(name: str) -> Iterator[Path]:
                 _fetch_image(system, path, named, Path(folder), name)
         except MapFileError:
             raise
+        except ImportError as error:
+            raise fault(
+                name, f"needs a library ({error}); install it, for s3:// with pip install 'fidmap[remote]'"
+            ) from None
         # what stands behind a URL raises its own errors, which fsspec does not gather
         except Exception as error:
             raise fault(name, f"cannot be fetched ({str(error)[:200] or type(error).__name__}); check it") from None

@@ -6,6 +6,7 @@ the points over each cell. Points are never all in memory unless their format ha
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -24,15 +25,17 @@ from fidmap.model import FloatArray, Grid
 
 MAX_POINTS = 500_000_000
 CHUNK_POINTS = 500_000
-SAMPLE_POINTS = 300_000
+SAMPLE_POINTS = 100_000
 FINEST_M = 0.025
 OFF_LATTICE = 0.75  # cells: points of voxel grids, centred or not, must not lie on the borders of cells
 FACTORS = (1, 2, 4)
+FINE_CELLS = 16_500_000
 FLOOR_BLOCK_M = 0.1
 FLOOR_BELOW_M, FLOOR_ABOVE_M = 0.15, 0.1
 KEPT_TILT = math.radians(2)
 Points = npt.NDArray[np.float32] | npt.NDArray[np.float64]
 Counts = npt.NDArray[np.int32]
+Mask = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -74,8 +77,8 @@ def read_cloud(cloud: Cloud, path: Path, name: str, kind: str, overrides: Overri
     resolution, origin, shape = _frame(extent, view, overrides.resolution_m, name)
     occupied, seen = _count(cloud, view, resolution, origin, shape)
     if overrides.resolution_m is None:
-        factor = _fitting(occupied)
-        occupied, seen, resolution = _coarser(occupied, factor), _coarser(seen, factor), resolution * factor
+        factor = _fitting(occupied, resolution)
+        occupied, seen, resolution = _summed(occupied, factor), _any(seen, factor), resolution * factor
     occupancy = _occupancy(occupied, seen, resolution)
     corner = float(origin[0]), float(origin[1])
     return slab_grid(occupancy, resolution, corner, floor, (path, name, kind), overrides)
@@ -147,19 +150,25 @@ def _survey(cloud: Cloud, name: str) -> Extent:
 def _frame(
     extent: Extent, view: View, resolution_m: float | None, name: str
 ) -> tuple[float, FloatArray, tuple[int, int]]:
-    """Resolution to count with, lower-left corner and (rows, columns); the far tails are cut off where too large."""
+    """Resolution to count with, lower-left corner and (rows, columns).
+
+    Larger maps begin with coarser cells; the far tails are cut off where that does not help.
+    """
     corners = np.array(np.meshgrid(*zip(extent.low, extent.high, strict=True))).reshape(3, -1).T
-    step = resolution_m or FINEST_M
-    for points, margin in ((corners, 0.0), (_within_tails(extent.sample), 1.0)):
+    whole, core = (corners, 0.0), (_within_tails(extent.sample), 1.0)
+    if resolution_m is not None:
+        tries = [(resolution_m, box, MAX_SLAB_CELLS) for box in (whole, core)]
+    else:
+        fine, coarse = (FINEST_M, 2 * FINEST_M), 4 * FINEST_M
+        tries = [(step, box, FINE_CELLS) for box in (whole, core) for step in fine]
+        tries += [(coarse, whole, MAX_SLAB_CELLS), *((coarse * 2**k, core, MAX_SLAB_CELLS) for k in range(8))]
+    for step, (points, margin), most in tries:
         x, y, _ = view.look(points)
         low = (np.floor(np.array([x.min() - margin, y.min() - margin]) / step) - OFF_LATTICE) * step
         columns, rows = (int(n) for n in np.ceil((np.array([x.max(), y.max()]) + margin - low) / step) + 1)
-        coarse = -(-columns // 4) * 4, -(-rows // 4) * 4
-        if coarse[0] * coarse[1] <= MAX_SLAB_CELLS:
-            return step, low, (coarse[1], coarse[0])
-    if resolution_m is None:
-        step = FINEST_M * math.ceil(math.sqrt(columns * rows / MAX_SLAB_CELLS) + 1)
-        return _frame(extent, view, step, name)
+        shape = -(-rows // 4) * 4, -(-columns // 4) * 4
+        if shape[0] * shape[1] <= most:
+            return step, low, shape
     raise fault(
         name,
         f"covers {columns:,} x {rows:,} cells of {step:g} m; at most {MAX_SLAB_CELLS // 1_000_000} million are "
@@ -174,43 +183,61 @@ def _within_tails(points: FloatArray) -> FloatArray:
     return kept if len(kept) else points
 
 
-def _count(cloud: Cloud, view: View, step: float, low: FloatArray, shape: tuple[int, int]) -> tuple[Counts, Counts]:
-    """Points of the slab over each cell, and points of the floor."""
+def _count(cloud: Cloud, view: View, step: float, low: FloatArray, shape: tuple[int, int]) -> tuple[Counts, Mask]:
+    """How many points of the slab lie over each cell, and where the floor was seen."""
     size = shape[0] * shape[1]
-    slab, floor = np.zeros(size, np.int32), np.zeros(size, np.int32)
+    slab, floor = np.zeros(size, np.int32), np.zeros(size, bool)
     for block in cloud.blocks():
         x, y, height = view.look(block)
         column, row = (x - low[0]) / step, (y - low[1]) / step
         inside = (column >= 0) & (column < shape[1]) & (row >= 0) & (row < shape[0])
-        for counts, least, most in ((slab, view.low, view.high), (floor, -FLOOR_BELOW_M, FLOOR_ABOVE_M)):
-            mask = inside & (height >= least) & (height <= most)
-            cells = row[mask].astype(np.int64) * shape[1] + column[mask].astype(np.int64)
-            # bincount makes an array of the whole map: for few points counting one by one is cheaper
-            if len(cells) > size // 50:
-                np.add(counts, np.bincount(cells, minlength=size), out=counts, casting="unsafe")
-            else:
-                np.add.at(counts, cells, 1)
+        cells = _cells(row, column, inside & (height >= view.low) & (height <= view.high), shape[1])
+        # bincount makes an array of the whole map: for few points counting one by one is cheaper
+        if len(cells) > size // 50:
+            np.add(slab, np.bincount(cells, minlength=size), out=slab, casting="unsafe")
+        else:
+            np.add.at(slab, cells, 1)
+        floor[_cells(row, column, inside & (height >= -FLOOR_BELOW_M) & (height <= FLOOR_ABOVE_M), shape[1])] = True
     return slab.reshape(shape), floor.reshape(shape)
 
 
-def _coarser(counts: Counts, factor: int) -> Counts:
+def _cells(row: Points, column: Points, mask: Mask, width: int) -> npt.NDArray[np.int32]:
+    """Places of the chosen points in the flattened map, which has fewer than 2^31 cells."""
+    return row[mask].astype(np.int32) * np.int32(width) + column[mask].astype(np.int32)
+
+
+def _summed(counts: Counts, factor: int) -> Counts:
     """Sums over blocks of cells; the shape is a multiple of 4."""
-    rows, columns = counts.shape
-    blocks = counts.reshape(rows // factor, factor, columns // factor, factor)
-    return np.asarray(blocks.sum(axis=(1, 3), dtype=np.int32))
+    if factor == 1:
+        return counts
+    parts = [counts[a::factor, b::factor] for a in range(factor) for b in range(factor)]
+    return np.asarray(functools.reduce(np.add, parts))
 
 
-def _fitting(occupied: Counts) -> int:
+def _any(cells: Mask, side: int) -> Mask:
+    """Whether any cell of a block is set; incomplete blocks at the upper and right rim count too."""
+    result = np.zeros((-(-cells.shape[0] // side), -(-cells.shape[1] // side)), bool)
+    for a in range(side):
+        for b in range(side):
+            part = cells[a::side, b::side]
+            result[: part.shape[0], : part.shape[1]] |= part
+    return result
+
+
+def _fitting(occupied: Counts, step: float) -> int:
     """The finest of the resolutions at which walls are closed: 9 of 10 occupied cells have two occupied neighbours."""
-    for factor in FACTORS:
-        walls = (_coarser(occupied, factor) > 0).astype(np.uint8)
-        around = cv2.boxFilter(walls, cv2.CV_16S, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT) - walls
-        if walls.any() and (around[walls > 0] >= 2).mean() >= 0.9:
+    factors = [factor for factor in FACTORS if factor == 1 or factor * step <= FACTORS[-1] * FINEST_M + 1e-9]
+    occupied_at_all = occupied > 0
+    for factor in factors:
+        walls = _any(occupied_at_all, factor).view(np.uint8)
+        around = cv2.boxFilter(walls, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
+        count = np.count_nonzero(walls)
+        if count and np.count_nonzero((around >= 3) & (walls > 0)) >= 0.9 * count:
             return factor
-    return FACTORS[-1]
+    return factors[-1]
 
 
-def _occupancy(occupied: Counts, seen: Counts, resolution_m: float) -> npt.NDArray[np.float32]:
+def _occupancy(occupied: Counts, seen: Mask, resolution_m: float) -> npt.NDArray[np.float32]:
     """(H, W) of 1 where the slab has points, 0 where the floor was seen, NaN elsewhere.
 
     A cell with less than a twentieth of the points that an occupied cell usually has holds stray points. Floor is
@@ -220,20 +247,11 @@ def _occupancy(occupied: Counts, seen: Counts, resolution_m: float) -> npt.NDArr
     usual = float(np.median(occupied[occupied > 0])) if occupied.any() else 1.0
     walls = occupied >= max(1.0, 0.05 * usual)
     block = max(1, round(FLOOR_BLOCK_M / resolution_m))
-    blocks, wall_blocks = _blocks(seen > 0, block), _blocks(walls, block)
-    recorded = (blocks > wall_blocks).sum() >= wall_blocks.sum()
-    closed = cv2.morphologyEx(blocks, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
+    blocks, wall_blocks = _any(seen, block), _any(walls, block)
+    recorded = (blocks & ~wall_blocks).sum() >= wall_blocks.sum()
+    closed = cv2.morphologyEx(blocks.view(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)).view(bool)
     rows, columns = occupied.shape
-    ground = closed.repeat(block, axis=0)[:rows].repeat(block, axis=1)[:, :columns] > 0
     result = np.full(occupied.shape, np.nan if recorded else 0, np.float32)
-    result[ground] = 0
+    result[closed.repeat(block, axis=0)[:rows].repeat(block, axis=1)[:, :columns]] = 0
     result[walls] = 1
     return result
-
-
-def _blocks(cells: npt.NDArray[np.bool_], side: int) -> npt.NDArray[np.uint8]:
-    """1 where any cell of a block of cells is set."""
-    rows, columns = np.nonzero(cells)
-    blocks = np.zeros((cells.shape[0] // side + 1, cells.shape[1] // side + 1), np.uint8)
-    blocks[rows // side, columns // side] = 1
-    return blocks

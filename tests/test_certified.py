@@ -48,7 +48,7 @@ def problem_of(arena: Arena, parts: tuple[BarrelPart, ...], profile: Settings) -
 @pytest.mark.parametrize("profile", [CONTINUOUS, *STEPPED, SIMILAR], ids=["none", "nearest", "down", "up", "scale"])
 @pytest.mark.parametrize("sizes", [(9, 6), (6, 9)], ids=["more parts", "more arcs"])
 def test_no_placement_in_a_box_is_worth_more_than_its_bounds(profile: Settings, sizes: tuple[int, int]) -> None:
-    """Boxes of all sizes, a hundred random placements in each: loose and tight bounds hold."""
+    """Boxes of all sizes, thirty random placements in each: loose and tight bounds hold."""
     random = np.random.default_rng(3)
     problem = problem_of(*scattered(*sizes, seed=4), profile)
     land = Landscape(problem)
@@ -63,7 +63,7 @@ def test_no_placement_in_a_box_is_worth_more_than_its_bounds(profile: Settings, 
         values, prices = matched(matcher, pairs, 13)
         tight = tight_bounds(land, boxes, pairs, most, prices)
         for k, box in enumerate(boxes):
-            inside = box[:4] + random.uniform(-1, 1, (100, 4)) * box[4:]
+            inside = box[:4] + random.uniform(-1, 1, (30, 4)) * box[4:]
             worth = max(problem.match(land.transform(one))[0] for one in inside)
             assert worth <= min(loose[k], tight[k]) + 1e-6
         if size == 0.0 and profile.rounding == "none":
@@ -148,7 +148,7 @@ def test_small_problems_agree_with_exhaustive_search(sizes: tuple[int, int], see
     assert result.value >= known * 0.999
 
 
-@settings(derandomize=True, deadline=None, max_examples=12)
+@settings(derandomize=True, deadline=None, max_examples=8)
 @given(seed=st.integers(0, 9999), sizes=st.tuples(st.integers(1, 7), st.integers(1, 7)), stepped=st.booleans())
 def test_the_value_is_never_above_the_bound(seed: int, sizes: tuple[int, int], stepped: bool) -> None:
     """And the bound is within the tolerance; with steps it is the value."""
@@ -161,11 +161,11 @@ def test_the_value_is_never_above_the_bound(seed: int, sizes: tuple[int, int], s
     assert result.upper_bound <= (result.value + 1e-9 if stepped else result.value * 1.001 + 1e-6)
 
 
-@settings(derandomize=True, deadline=None, max_examples=6)
+@settings(derandomize=True, deadline=None, max_examples=2)
 @given(seed=st.integers(0, 999), turn=st.floats(-3, 3), x=st.floats(-50, 50))
 def test_rigid_moves_leave_the_optimum_where_it_is(seed: int, turn: float, x: float) -> None:
     """A map drawn elsewhere: the same value within the tolerance of the proof."""
-    arena, parts = scattered(6, 6, seed=seed)
+    arena, parts = scattered(5, 5, seed=seed)
     c, s = math.cos(turn), math.sin(turn)
     moved = tuple(
         replace(p, x_m=c * p.x_m - s * p.y_m + x, y_m=s * p.x_m + c * p.y_m - x, facing=(p.facing or 0.0) + turn)
@@ -200,6 +200,17 @@ def test_a_symmetric_layout_is_ambiguous() -> None:
     assert "facings" not in result.findings[0].text  # all are known already
 
 
+def test_facings_are_no_remedy_for_whole_barrels() -> None:
+    """A ring of barrels that stand free: nothing that faces anywhere could be told."""
+    parts = (replace(p, facing=None, opening=2 * math.pi) for p in ring(5).parts)
+    arena = arena_of(*parts)
+
+    result = register(drawn(arena), arena, CONTINUOUS)
+
+    assert codes(result) == ["ambiguous"]
+    assert "facings" not in result.findings[0].text
+
+
 def test_facings_break_a_symmetry() -> None:
     """The same ring, two halves turned round: exact maps of it are never ambiguous; without facings they are."""
     parts = list(ring(6).parts)
@@ -217,9 +228,9 @@ def test_facings_break_a_symmetry() -> None:
     assert "facings of the parts" in unsure.findings[0].text
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, 2])
 def test_no_other_registration_is_worth_more_than_the_runner_ups_bound(seed: int) -> None:
-    """A thousand random placements: those that are others than the best one stay below, the bound holds."""
+    """Six hundred random placements: those that are others than the best one stay below, the bound holds."""
     random = np.random.default_rng(seed)
     arena, parts = scattered(7, 7, seed=seed)
     problem = problem_of(arena, parts, CONTINUOUS)
@@ -228,12 +239,12 @@ def test_no_other_registration_is_worth_more_than_the_runner_ups_bound(seed: int
     runner_up, rival = find_runner_up(problem, arena, None, optimum, best)
     rivals = Rivals(problem, best, np.eye(7, dtype=bool))
     land = Landscape(problem)
-    near = land.placement(best.transform) + random.normal(0, 1, (600, 4)) * [0.2, 0.5, 0.5, 0]
-    trials = np.concatenate([near, random.uniform([-math.pi, 0, 0, 1.0], [math.pi, 5, 5, 1.0], (600, 4))])
+    near = land.placement(best.transform) + random.normal(0, 1, (300, 4)) * [0.2, 0.5, 0.5, 0]
+    trials = np.concatenate([near, random.uniform([-math.pi, 0, 0, 1.0], [math.pi, 5, 5, 1.0], (300, 4))])
 
     others = [one.value for one in (place(problem, land.transform(t)) for t in trials) if rivals.includes(one)]
 
-    assert len(others) > 200
+    assert len(others) > 100
     assert max(others) <= runner_up.upper_bound + 1e-9
     assert rival is not None
     assert rival.value == runner_up.value <= runner_up.upper_bound

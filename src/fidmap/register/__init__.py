@@ -28,7 +28,8 @@ def register(
     """The assignment and T_truth_map that maximise the sum over assigned parts of 1 - min(q(d), D)/D.
 
     Parts that a human fixed are always assigned. An arena without positions gets only those. With a start pose
-    only placements within its three sigma are searched; the value gets no prior. `fast` leaves the proof out.
+    only placements within its three sigma are searched; the value gets no prior. `fast` leaves out the proof, the
+    runner-up and the search for displaced pieces.
 
     Raises:
         ArenaFileError: positions are missing and no part was fixed.
@@ -60,11 +61,12 @@ def _register(
     for i, j in chosen.pairs:
         barrel_of[int(i)] = int(j)
     findings = name_findings(chosen, optimum.maxima[0], parts, arena, settings)
-    findings += displaced_submaps(problem, chosen, [part.id for part in arena.parts])
     runner_up = None
+    if not fast:
+        findings += displaced_submaps(problem, chosen, [part.id for part in arena.parts])
     if not fast and len(chosen.pairs) >= LEAST_PARTS:
         runner_up, rival = find_runner_up(problem, arena, start, optimum, chosen)
-        findings += ambiguous(chosen, rival, problem)
+        findings += ambiguous(chosen, rival, parts, arena)
     return Assignment(
         tuple(barrel_of), (False,) * count, chosen.transform, chosen.value, optimum.upper_bound, runner_up, findings
     )

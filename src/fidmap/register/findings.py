@@ -9,10 +9,10 @@ import numpy as np
 from fidmap.geometry import apply
 from fidmap.model import Arena, BarrelPart, Finding, Settings
 from fidmap.register.polish import Placement
-from fidmap.register.problem import Problem
 
 # share of the best value from which on another registration makes it ambiguous
 NEARLY = 0.95
+WHOLE = 2 * math.pi - 1e-9
 
 
 def name_findings(
@@ -26,14 +26,15 @@ def name_findings(
     return tuple(f for f in found if f is not None)
 
 
-def ambiguous(best: Placement, rival: Placement | None, problem: Problem) -> tuple[Finding, ...]:
+def ambiguous(
+    best: Placement, rival: Placement | None, parts: tuple[BarrelPart, ...], arena: Arena
+) -> tuple[Finding, ...]:
     """Finding `ambiguous` when another registration is worth 95 % of the best one, and what would tell them apart."""
     if rival is None or rival.value < NEARLY * best.value:
         return ()
-    faced = np.isfinite(problem.fiducial_facings).all() and np.isfinite(problem.barrel_facings).all()
     remedies = [
         "a start pose (--start-pose)",
-        *([] if faced else ["facings of the parts (facing_deg)"]),
+        *(["facings of the parts (facing_deg)"] if _facings_would_tell(best, parts, arena) else []),
         "an arena whose parts are laid out without symmetry",
     ]
     turn = math.degrees(math.remainder(rival.transform.rotation - best.transform.rotation, 2 * math.pi))
@@ -46,6 +47,12 @@ def ambiguous(best: Placement, rival: Placement | None, problem: Problem) -> tup
             "--start-pose X_M,Y_M,YAW_DEG",
         ),
     )  # fmt: skip
+
+
+def _facings_would_tell(best: Placement, parts: tuple[BarrelPart, ...], arena: Arena) -> bool:
+    """Whether a half that is assigned has no facing, in the arena or in the map; whole barrels have none to give."""
+    pairs = [(arena.parts[i], parts[j]) for i, j in best.pairs]
+    return any(f.opening < WHOLE and (f.facing is None or b.facing is None) for f, b in pairs)
 
 
 def _degenerate(placement: Placement) -> Finding | None:

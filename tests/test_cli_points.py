@@ -5,10 +5,12 @@ from __future__ import annotations
 import csv
 import hashlib
 import json
+import math
 from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
 from command_line import ONE, documents, evening, fault, fidmap
 
@@ -169,9 +171,29 @@ def test_an_arena_without_positions_takes_the_names_of_a_points_file(here: Path)
     (document,) = documents(result.stdout)
     assert document["attributes"]["consistency"]["value"] == pytest.approx(1 - 0.1 / 1.2)
     assert fault("score", "good.yaml", "--arena", "bare.yaml", "--json") == (
-        "bare.yaml: its parts have no positions, so the program cannot tell which is which; give x_m and y_m for "
-        "every part, or locate and name the parts in a points file (--points)"
+        "bare.yaml: no part has a position, so nothing can be assigned by itself: give x_m and y_m for every part, or "
+        "put the two halves on each wall into a group with distance_m, or name the parts in the id column of a points "
+        "file (--points)"
     )
+
+
+def test_an_arena_without_positions_pairs_the_halves_on_a_wall(here: Path) -> None:
+    """The demo's arena, its positions taken out of it: pairs and consistency are those of the arena as it was."""
+    truth = yaml.safe_load((here / "arena.yaml").read_text())
+    place = {part["id"]: (part["x_m"], part["y_m"]) for part in truth["parts"]}
+    groups = [{**g, "distance_m": math.dist(*(place[p] for p in g["parts"]))} for g in truth["groups"]]
+    parts = [{"id": part["id"], "opening_deg": 180} for part in truth["parts"]]
+    bare = {"fidmap_arena": 1, "name": "bare", "radius_m": 0.3, "parts": parts, "groups": groups}
+    (here / "bare.yaml").write_text(yaml.safe_dump(bare))
+
+    (document,) = documents(fidmap("score", "good.yaml", "--arena", "bare.yaml", "--json").stdout)
+
+    assert document["attributes"]["coverage"]["value"] == 1
+    assert sorted(round(g["distance_m"]) for g in document["groups"]) == [0, 0, 0, 0, 0, 1, 1]
+    assert document["attributes"]["consistency"]["value"] > 0.9
+    assert document["attributes"]["relative_accuracy"] == {"value": None, "reason": "the arena has no positions"}
+    assert document["registration"]["rotation_deg_reason"] == "the arena has no positions"
+    assert [f["code"] for f in document["findings"]] == ["interchangeable", "class-unknown"]
 
 
 @pytest.mark.usefixtures("first")

@@ -329,7 +329,8 @@ def test_without_positions_and_names_one_sentence_says_what_is_missing(fixed_id:
 
     assert str(caught.value) == (
         "<memory>: no part has a position, so nothing can be assigned by itself: give x_m and y_m for every part, "
-        "or name the parts in the id column of a points file (--points)"
+        "or put the two halves on each wall into a group with distance_m, or name the parts in the id column of a "
+        "points file (--points)"
     )
 
 

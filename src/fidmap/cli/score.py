@@ -105,10 +105,10 @@ def _read_arena(arena: str, profile: str, points: str | None) -> tuple[Arena, Se
     settings = read_profile(profile)
     truth = read_arena(arena, settings.long_if_walking_pallets_over)
     if points is None and not truth.has_positions:
-        raise ArenaFileError(
-            f"{arena}: its parts have no positions, so the program cannot tell which is which; give x_m and y_m "
-            "for every part, or locate and name the parts in a points file (--points)"
-        )
+        from fidmap.register.pairs import nothing_to_go_by, pairable
+
+        if not pairable(truth):
+            raise ArenaFileError(f"{arena}: {nothing_to_go_by()}")
     return truth, settings
 
 

@@ -10,10 +10,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from fidmap.model import Arena, ArenaFileError, Assignment, BarrelPart, Settings, StartPose, Transform
+from fidmap.model import Arena, Assignment, BarrelPart, Settings, StartPose, Transform
 from fidmap.register.displaced import displaced_submaps
 from fidmap.register.findings import ambiguous, name_findings
 from fidmap.register.optimum import displacement, find
+from fidmap.register.pairs import without_positions
 from fidmap.register.polish import Placement
 from fidmap.register.problem import Problem, make_problem
 from fidmap.register.rivals import LEAST_PARTS
@@ -27,19 +28,21 @@ def register(
 ) -> Assignment:
     """The assignment and T_truth_map that maximise the sum over assigned parts of 1 - min(q(d), D)/D.
 
-    Parts that a human fixed are always assigned. An arena without positions gets only those. With a start pose
-    only placements within its three sigma are searched; the value gets no prior. `fast` leaves out the proof, the
-    runner-up and the search for displaced pieces.
+    Parts that a human fixed are always assigned. An arena without positions gets those, and the halves on one wall
+    are paired. With a start pose only placements within its three sigma are searched; the value gets no prior.
+    `fast` leaves out the proof, the runner-up and the search for displaced pieces.
 
     Raises:
-        ArenaFileError: positions are missing and no part was fixed.
+        ArenaFileError: positions are missing, no part was fixed, and no group can be paired by itself.
     """
-    if not arena.has_positions:
-        return _fixed_only(parts, arena)
     by_place = sorted(range(len(parts)), key=lambda j: _place_of(parts[j]))
     by_id = sorted(range(len(arena.parts)), key=lambda i: arena.parts[i].id)
     ordered = replace(arena, parts=tuple(arena.parts[i] for i in by_id))
-    found = _register(tuple(parts[j] for j in by_place), ordered, settings, start, fast)
+    placed = tuple(parts[j] for j in by_place)
+    if arena.has_positions:
+        found = _register(placed, ordered, settings, start, fast)
+    else:
+        found = without_positions(placed, ordered, settings)
     barrel_of: list[int | None] = [None] * len(by_id)
     for i, j in zip(by_id, found.barrel_of, strict=True):
         barrel_of[i] = None if j is None else by_place[j]
@@ -82,15 +85,3 @@ def _nearest(problem: Problem, maxima: list[Placement]) -> Placement:
     """Of the local maxima within 1 % of the best, the one that moves its barrel parts least from the identity."""
     good = [m for m in maxima if m.value >= 0.99 * maxima[0].value]
     return min(good, key=lambda m: displacement(problem, m, Transform()))
-
-
-def _fixed_only(parts: tuple[BarrelPart, ...], arena: Arena) -> Assignment:
-    """The assignment of an arena without positions: what a human said, and no transform."""
-    by_id = {part.fixed_id: j for j, part in enumerate(parts) if part.fixed_id not in {None, "-"}}
-    if not by_id:
-        raise ArenaFileError(
-            f"{arena.path}: no part has a position, so nothing can be assigned by itself: give x_m and y_m for "
-            "every part, or name the parts in the id column of a points file (--points)"
-        )
-    barrel_of = tuple(by_id.get(part.id) for part in arena.parts)
-    return Assignment(barrel_of, tuple(j is not None for j in barrel_of), None, 0.0)

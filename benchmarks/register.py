@@ -1,7 +1,8 @@
-"""`./run bench register [--quick]`: registrations, how near the optimum, how well proven, how long; writes its section.
+"""`./run bench register [--quick|--all]`: registrations: how near the optimum, how well proven, how long.
 
-CPU time of one thread. The 60 given cases are read from the folder that FIDMAP_REAL_DATA names; 300 of our own follow
-from seeds. Peers look at cases of up to 20 parts: they take seconds each.
+CPU time of one thread. The 60 given cases are read from the folder that FIDMAP_REAL_DATA names: those of up to 50
+parts, with `--all` the others too. 60 of our own follow from seeds, with `--all` 300. Peers take seconds each: they
+look at every third given case of up to 20 parts, with `--all` at all of these. Writes its section but for `--quick`.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from fidmap.register.runner_up import find_runner_up
 SIMILAR = replace(CONTINUOUS, transform="similarity")
 HEAD = ["", "cases", "within 0.1 % of the known optimum", "certified", "CPU s: median", "p95", "most"]
 PEER_PARTS = 20
+PEERS_SEE = 3  # every so manieth case
 
 
 @dataclass(frozen=True)
@@ -67,15 +69,14 @@ def row(name: str, runs: Sequence[Run], tolerance: float, share: float = 1e-3) -
     ]  # fmt: skip
 
 
-def given_rows(cases: list[Case]) -> list[list[object]]:
-    """The table of the goals on given cases."""
-    small = [c for c in cases if len(c.arena.parts) <= 50]
-    tiny = [c for c in cases if len(c.arena.parts) <= 30]
-    large = [c for c in cases if len(c.arena.parts) > 50]
-    rows = [row("rigid, N <= 50", [search(c, CONTINUOUS, "rigid") for c in small], 1.001e-3)]
+def given_rows(small: list[Case], large: list[Case]) -> list[list[object]]:
+    """The table of the goals on given cases, the rigid search of small ones aside."""
+    tiny = [c for c in small if len(c.arena.parts) <= 30]
+    rows = []
     if large:
-        rows.append(row("rigid, N = 100 to 200", [search(c, CONTINUOUS, "rigid") for c in large], 1.001e-3))
-    rows.append(row("`--fast`, all", [search(c, CONTINUOUS, "rigid", fast=True) for c in cases], 0))
+        rows.append(row("rigid, N > 50", [search(c, CONTINUOUS, "rigid") for c in large], 1.001e-3))
+        rows.append(row("`--fast`, N > 50", [search(c, CONTINUOUS, "rigid", fast=True) for c in large], 0))
+    rows.append(row("`--fast`, N <= 50", [search(c, CONTINUOUS, "rigid", fast=True) for c in small], 0))
     rows.append(
         row("steps, N <= 50 (exact)", [search(c, SSRR2011, "rigid_discretised_nearest") for c in small], 0, share=0)
     )
@@ -87,16 +88,15 @@ def given_rows(cases: list[Case]) -> list[list[object]]:
     return rows
 
 
-def runner_up_row(name: str, cases: list[Case]) -> list[object]:
+def runner_up_row(name: str, runs: Sequence[Run]) -> list[object]:
     """How often another registration is nearly as good, and what proving that took against the main search."""
     ambiguous, proven, ratios = 0, 0, []
-    for case in cases:
-        run = search(case, CONTINUOUS, "rigid")
+    for run in runs:
         if not run.optimum.maxima or len(run.optimum.maxima[0].pairs) < 3:
             continue
         start = time.process_time()
         best = run.optimum.maxima[0]
-        found, _ = find_runner_up(problem_of(case), case.arena, None, run.optimum, best)
+        found, _ = find_runner_up(problem_of(run.case), run.case.arena, None, run.optimum, best)
         ratios.append((time.process_time() - start) / run.seconds)
         ambiguous += found.value >= 0.95 * run.value
         proven += found.upper_bound <= found.value * 1.0101
@@ -107,12 +107,10 @@ def runner_up_row(name: str, cases: list[Case]) -> list[object]:
     ]  # fmt: skip
 
 
-def peer_rows(cases: list[Case]) -> list[list[object]]:
+def peer_rows(ours: Sequence[Run]) -> list[list[object]]:
     """The peers on small cases; how near they come to what was certified."""
-    small = [c for c in cases if len(c.arena.parts) <= PEER_PARTS]
-    ours = [search(c, CONTINUOUS, "rigid") for c in small]
     own_time = np.median([run.seconds for run in ours])
-    rows: list[list[object]] = [["fidmap", len(small), len(small), "1.000", f"{own_time:.3f}"]]
+    rows: list[list[object]] = [["fidmap", len(ours), len(ours), "1.000", f"{own_time:.3f}"]]
     theirs = prototype()
     for name, peer in {**PEERS, **({} if theirs is None else {"the prototype (numba)": theirs})}.items():
         shares, seconds = [], []
@@ -121,34 +119,49 @@ def peer_rows(cases: list[Case]) -> list[list[object]]:
             shares.append(peer(run.case, problem) / run.value)
             seconds.append(time.process_time() - start)
         near = sum(share >= 0.999 for share in shares)
-        rows.append([name, len(small), near, f"{np.mean(shares):.3f}", f"{np.median(seconds):.3f}"])
+        rows.append([name, len(ours), near, f"{np.mean(shares):.3f}", f"{np.median(seconds):.3f}"])
     return rows
+
+
+def measured(quick: bool, everything: bool) -> str:
+    """The section's text."""
+    most = 12 if quick else 50
+    cases = given()
+    small = [c for c in cases if len(c.arena.parts) <= most]
+    large = [c for c in cases if len(c.arena.parts) > 50] if everything else []
+    faced = [c for c in given(faced=True) if len(c.arena.parts) <= most]
+    ours = [own(seed) for seed in range(10 if quick else 300 if everything else 60)]
+    runs = [search(c, CONTINUOUS, "rigid") for c in small]
+    seen = [run for run in runs if len(run.case.arena.parts) <= PEER_PARTS]
+    seen = seen[:: 1 if everything else PEERS_SEE]
+    faced_runs = [search(c, CONTINUOUS, "") for c in faced]
+    own_runs = [search(c, CONTINUOUS, "") for c in ours]
+    rows = [row("rigid, N <= 50", runs, 1.001e-3), *given_rows(small, large)]
+    rows.append(row("given, with facings, N <= 50", faced_runs, 1.001e-3))
+    rows.append(row("our own with facings", own_runs, 1.001e-3))
+    rivals = [
+        runner_up_row("given, without facings", runs),
+        runner_up_row("given, with facings", faced_runs),
+        runner_up_row("our own with facings", own_runs),
+    ]
+    parts = [
+        f"{len(small) + len(large)} of the {len(cases)} given cases and {len(ours)} of our own; with `--all` all of "
+        f"them and 300. The peers see {len(seen)} of the given cases: {', '.join(run.case.name for run in seen)}.\n",
+        table(HEAD, rows),
+        table(["runner-up", "cases", "ambiguous", "certified at 1 %", "time against main: median", "p90"], rivals),
+        table(["", "cases", "within 0.1 %", "mean share of the optimum", "CPU s: median"], peer_rows(seen)),
+    ]
+    left_out = "" if prototype() else "\nThe prototype was left out: it or numba is not installed here.\n"
+    return "## Registrations\n\n" + "\n".join(parts) + left_out
 
 
 def main() -> int:
     """Measure and write; `--quick` looks at few and small cases, and writes nothing."""
     quick = "--quick" in sys.argv[1:]
-    cases = [c for c in given() if not quick or len(c.arena.parts) <= 12]
-    if not cases:
+    if not given():
         sys.stderr.write("the given cases are missing: set FIDMAP_REAL_DATA to the folder that holds them\n")
         return 1
-    small = [c for c in cases if len(c.arena.parts) <= 50]
-    faced = [c for c in given(faced=True) if c.name in {one.name for one in small}]
-    ours = [own(seed) for seed in range(10 if quick else 300)]
-    rows = given_rows(cases)
-    rows.append(row("our own with facings", [search(c, CONTINUOUS, "") for c in ours], 1.001e-3))
-    rivals = [runner_up_row("given, without facings", small), runner_up_row("given, with facings", faced)]
-    rivals.append(runner_up_row("our own with facings", ours))
-    parts = [
-        table(HEAD, rows),
-        table(["runner-up", "cases", "ambiguous", "certified at 1 %", "time against main: median", "p90"], rivals),
-        table(
-            ["", "cases", "within 0.1 %", "mean share of the optimum", "CPU s: median"],
-            peer_rows(cases[:4] if quick else cases),
-        ),
-    ]
-    left_out = "" if prototype() else "\nThe prototype was left out: it or numba is not installed here.\n"
-    text = "## Registrations\n\n" + "\n".join(parts) + left_out
+    text = measured(quick, "--all" in sys.argv[1:])
     sys.stdout.write(text)
     if not quick:
         write_section("register", text)

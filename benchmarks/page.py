@@ -14,10 +14,9 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "benchmarks.md"
 HEAD = """# Benchmarks
 
 Written by `./run bench detect` (barrel parts found), `./run bench real` (scores on real maps), `./run bench register`
-(registrations) and `./run bench evening`
-(speed). Real maps are not part of the project: the benchmarks read them from the folder that `FIDMAP_REAL_DATA` names,
-and what was tuned on is said beside each figure. Times are of whatever machine ran last,
-so compare ratios, not seconds.
+(registrations), `./run bench formats` (readers) and `./run bench evening` (speed). Real maps are not part of the
+project: the benchmarks read them from the folder that `FIDMAP_REAL_DATA` names, and what was tuned on is said beside
+each figure. Times are of whatever machine ran last, so compare ratios, not seconds.
 """
 
 

@@ -15,7 +15,7 @@ from fidmap.maps.description import MAX_YAML_BYTES, Description, load, parse
 from fidmap.maps.files import MAX_IMAGE_BYTES, exists, fault, printable, read_bytes
 from fidmap.maps.oddities import oddities, yaw_ignored
 from fidmap.maps.overrides import Overrides
-from fidmap.maps.robocup.read import recognised
+from fidmap.maps.robocup.read import is_rescue_map
 from fidmap.model import Finding, Grid, MapFileError, Source
 
 MAX_YAMLS_ASKED = 1000
@@ -40,7 +40,9 @@ def read(path: Path, name: str, overrides: Overrides, noticed: tuple[Finding, ..
     subject = f"{printable(path)}: its image {printable(description.image)}"
     image = read_bytes(image_path, subject, MAX_IMAGE_BYTES, "an image")
     picture = images.load(image, subject)
+    altered = pictured(picture)
     raster = images.in_greys(picture, description.meaning.channels)
+    del picture  # a colour image takes four bytes a pixel, which the grid needs now
     digest = hashlib.sha256(data)
     digest.update(image)
     del image
@@ -48,7 +50,7 @@ def read(path: Path, name: str, overrides: Overrides, noticed: tuple[Finding, ..
     findings = (*noticed, *foreign, *oddities(raster, description.meaning, table))
     if overrides.origin is None:
         findings += yaw_ignored(description.meaning.origin)
-    findings += (*pictured(picture), *shared(image_path, path))
+    findings += (*altered, *shared(image_path, path))
     source = Source(name, digest.hexdigest(), "map_server", findings)
     return to_grid(raster, description.meaning, table, source)
 
@@ -62,7 +64,7 @@ def pictured(picture: images.Picture) -> tuple[Finding, ...]:
             "cell; save the map as PGM or PNG"
         )
         found.append(Finding("warning", "lossy-jpeg", text))
-    if recognised(picture) is not None:
+    if is_rescue_map(picture):
         text = (
             "the image is in the colours of rescue maps, of which thresholds on greys make unexplored ground free and "
             "marks occupied; --resolution reads the image alone, by its colours, when the image is given as MAP"

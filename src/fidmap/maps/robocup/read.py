@@ -8,6 +8,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import numpy.typing as npt
+from PIL.Image import Resampling
 
 from fidmap.maps.files import fault
 from fidmap.maps.georeference import Georeference
@@ -23,19 +24,32 @@ from fidmap.model import Finding, Grid, Label, Pose2, Source
 Bytes = npt.NDArray[np.uint8]
 SAMPLE = 300_000
 _BLOCK_ROWS = 64
+_COLOURED = {"P", "RGB", "RGBA", "RGBX", "CMYK", "YCbCr"}
 _OCCUPANCY = np.array([0, np.nan, 1], np.float32)
+
+
+def is_rescue_map(picture: Picture) -> bool:
+    """Whether a picture is in the colours of rescue maps, from a sample of its pixels."""
+    if picture.image is not None and picture.image.mode in _COLOURED:
+        width, height = picture.image.size
+        stride = max(1, math.isqrt(width * height // SAMPLE))
+        size = (max(1, width // stride), max(1, height // stride))
+        some = picture.image.resize(size, Resampling.NEAREST)
+        sample = np.asarray(some.convert("RGB")).reshape(-1, 3)
+    elif picture.samples is not None and picture.samples.ndim == 3 and picture.samples.dtype == np.uint8:
+        stride = max(1, math.isqrt(picture.samples[..., 0].size // SAMPLE))
+        sample = picture.samples[stride // 2 :: stride, stride // 2 :: stride].astype(np.uint8).reshape(-1, 3)
+    else:
+        return False
+    return looks_like_one(kinds_of(sample), sample)
 
 
 def recognised(picture: Picture) -> Bytes | None:
     """(H, W) kinds of a picture in the colours of rescue maps; None for any other picture."""
+    if not is_rescue_map(picture):
+        return None
     pixels, palette = _pixels(picture)
-    if pixels is None:
-        return None
-    stride = max(1, math.isqrt(pixels.shape[0] * pixels.shape[1] // SAMPLE))
-    some = pixels[stride // 2 :: stride, stride // 2 :: stride]
-    sample = (some if palette is None else palette[some]).reshape(-1, 3)
-    if not looks_like_one(kinds_of(sample), sample):
-        return None
+    assert pixels is not None, "only pictures in colour are recognised"
     if palette is not None:
         return look_up(kinds_of(palette), pixels)
     kinds = np.empty(pixels.shape[:2], np.uint8)

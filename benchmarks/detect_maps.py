@@ -20,7 +20,7 @@ from fidmap.synth.poses import Tier
 from fidmap.synth.suite import Split, case_rng, make_case, random_spec, with_radius
 from fidmap.synth.truth import PartTruth
 
-SEED = 2000
+SEED = 3000
 LEAST_DRAWN = math.radians(120) - 1e-9
 WINDOW = 3.0  # radii around a fault that its picture shows
 

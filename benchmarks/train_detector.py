@@ -1,175 +1,209 @@
-"""Trains the detector's confidence: `./run bench train_detector` writes src/fidmap/detect/network.npz.
+"""`./run bench train_detector FOLDER`: makes artificial maps of the tune split and trains the detector's networks.
 
-Trained on artificial maps of the tune split and on run A2 of the real maps, on nothing else.
+Needs PyTorch in .venv (`python3 -m pip --python .venv/bin/python install torch`), which nothing else here does. Maps
+and tables are kept in FOLDER, so that a second run only trains. About an hour on two cores; writes network.npz.
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import replace
+import time
 from pathlib import Path
 
-import cv2
 import numpy as np
-from scipy.optimize import minimize
 
-from benchmarks.slam_challenge import DrawnPart, read_drawn_parts, real_data_root
-from fidmap.detect.arcs import difference
-from fidmap.detect.coarse import propose
-from fidmap.detect.features import COUNT, features
-from fidmap.grid import cells_to_metres, trinarize
-from fidmap.maps import read_map
-from fidmap.model import FloatArray, Label, TrinaryGrid
-from fidmap.synth.poses import Tier
-from fidmap.synth.suite import case_rng, make_case, random_spec
-from fidmap.synth.truth import PartTruth
+try:
+    import torch
+    from torch import Tensor, nn
+    from torch.nn import functional
+except ImportError:
+    sys.exit("training needs PyTorch: python3 -m pip --python .venv/bin/python install torch")
 
-TARGET = Path(__file__).resolve().parents[1] / "src" / "fidmap" / "detect" / "network.npz"
-SUITES: tuple[tuple[Tier, int], ...] = (
-    ("clean", 140), ("noisy", 150), ("broken", 130), ("large", 3), ("office", 230), ("field", 110),
-)  # fmt: skip
-SEED = 1
-A2 = (
-    "m28",
-    "m29",
-    "m30",
-    "m31",
-    "m32",
-    "m33",
-    "m34",
-    "m35",
-    "m36",
-    "m54",
-    "m55",
-    "m57",
-    "m58",
-    "m59",
-    "m68",
-    "m69",
-)
-A2_COPIES = 3
-HIDDEN, RIDGE, STEPS = 32, 1e-4, 500
-Table = tuple[FloatArray, FloatArray]
+from benchmarks.train_tables import correct_table, judge_table, make_maps, spot_table, tables
+from fidmap.detect import network
+from fidmap.detect.network import DILATIONS, JUDGE_STEPS, MIRRORED, SPOT_STEPS, USUAL_RADIUS
+
+TARGET = Path(network.__file__).with_name("network.npz")
+BATCH = 256
+SPOT_WIDTH, JUDGE_WIDTHS, CORRECT_WIDTHS = 20, (24, 32, 32, 48), (32, 24)
+EASY = 0.25  # share of the windows without anything near them that a round of `spot` looks at
+TURNED = torch.tensor(MIRRORED[1:])  # along, across, turn, whole
 
 
-def table(grid: TrinaryGrid, radius_m: float, parts: Iterable[DrawnPart]) -> Table:
-    """Features (H, COUNT) and labels (H,) of a map's hypotheses, those that count neither way left out."""
-    sampler, arcs, factor = propose(grid.labels, radius_m / grid.resolution_m)
-    places = cells_to_metres(arcs.centres * factor, grid.resolution_m, grid.origin)
-    true, open_ = label(places, arcs.facings + grid.origin.yaw, radius_m, parts)
-    x = features(sampler, arcs) if len(places) else np.empty((0, COUNT))
-    return x[~open_], true[~open_].astype(float)
+def seen(windows: Tensor, radii: Tensor) -> Tensor:
+    """(M, A, 2 steps + 1) what the networks' first layer is given: occupied, free, size."""
+    size = torch.log(radii / USUAL_RADIUS)[:, None, None].expand(-1, windows.shape[1], 1)
+    return torch.cat([(windows == 2).float(), (windows == 0).float(), size], -1)
 
 
-def label(
-    places: FloatArray, facings: FloatArray, radius_m: float, parts: Iterable[DrawnPart]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Which hypotheses are a drawn part (within R/4 and 30 degrees), and which are too near one to say."""
-    true, unsure = np.zeros(len(places), bool), np.zeros(len(places), bool)
-    for part in parts:
-        for x, y in part.copies:
-            unsure |= np.hypot(places[:, 0] - x, places[:, 1] - y) < 0.67 * radius_m
-        if part.x_m is None or part.y_m is None:
-            continue
-        away = np.hypot(places[:, 0] - part.x_m, places[:, 1] - part.y_m)
-        turned = np.zeros(len(places)) if part.facing is None else np.abs(difference(facings, np.array(part.facing)))
-        unsure |= (away < 0.67 * radius_m) & (turned < np.radians(60))
-        true |= (part.drawn == "yes") & (away < 0.25 * radius_m) & (turned < np.radians(30))
-    return true, unsure & ~true
+class Spot(nn.Module):
+    """Its layers and their names are those of `fidmap.detect.network.spot`."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.inp = nn.Linear(2 * SPOT_STEPS + 1, SPOT_WIDTH)
+        self.c = nn.ModuleList([nn.Linear(5 * SPOT_WIDTH, SPOT_WIDTH) for _ in DILATIONS])
+        self.out = nn.Linear(SPOT_WIDTH, 4)
+
+    def forward(self, windows: Tensor, radii: Tensor) -> Tensor:
+        """As the network of that name."""
+        x = functional.relu(self.inp(seen(windows, radii)))
+        for dilation, layer in zip(DILATIONS, self.c, strict=True):
+            x = functional.relu(layer(torch.cat([x.roll(-k * dilation, 1) for k in range(-2, 3)], -1)))
+        return self.out(x)
 
 
-def drawn_part(truth: PartTruth) -> DrawnPart:
-    """An artificial map's truth in the words of the real maps'."""
-    return DrawnPart(truth.id, truth.drawn_x_m, truth.drawn_y_m, truth.drawn_facing, truth.drawn, tuple(truth.copies))
+class Judge(nn.Module):
+    """Its layers and their names are those of `fidmap.detect.network.judge`."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        a, b, c, d = JUDGE_WIDTHS
+        self.inp = nn.Linear(2 * JUDGE_STEPS + 1, a)
+        self.c1, self.c2 = nn.Linear(5 * a, b), nn.Linear(5 * b, c)
+        self.h, self.out, self.drop = nn.Linear(16 * c, d), nn.Linear(d, 5), nn.Dropout(0.2)
+
+    def forward(self, windows: Tensor, radii: Tensor) -> Tensor:
+        """As the network of that name."""
+        x = functional.relu(self.inp(seen(windows, radii)))
+        for layer in (self.c1, self.c2):
+            x = functional.relu(layer(torch.cat([x.roll(-k, 1)[:, ::2] for k in range(-2, 3)], -1)))
+        return self.out(functional.relu(self.h(self.drop(x.flatten(1)))))
 
 
-def synthetic(job: tuple[Tier, int]) -> Table:
-    """The table of one artificial map of the tune split."""
-    tier, index = job
-    rng = case_rng("tune", SEED, tier, index)
-    case = make_case(rng, random_spec(rng, tier), tier=tier)
-    parts = [drawn_part(truth) for truth in case.truths]
-    return table(worn(trinarize(case.grid), rng), case.arena.arena.radius_m, parts)
+class Correct(nn.Module):
+    """Its layers and their names are those of `fidmap.detect.network.correct`."""
+
+    def __init__(self, even: Tensor, odd: Tensor) -> None:
+        super().__init__()
+        x, (a, b) = torch.cat([even, odd], 1), CORRECT_WIDTHS
+        mean = x.mean(0)
+        mean[even.shape[1] :] = 0
+        self.register_buffer("mean", mean)
+        self.register_buffer("scale", x.std(0) + 1e-3)
+        self.a, self.b, self.out = nn.Linear(x.shape[1], a), nn.Linear(a, b), nn.Linear(b, 3)
+
+    def forward(self, even: Tensor, odd: Tensor) -> Tensor:
+        """As the network of that name."""
+        one, other = (self._one(torch.cat([even, sign * odd], 1)) for sign in (1, -1))
+        return torch.stack([one[:, 0] + other[:, 0], one[:, 1] - other[:, 1], one[:, 2] + other[:, 2]], 1) / 2
+
+    def _one(self, x: Tensor) -> Tensor:
+        z = (x - self.mean) / self.scale
+        return self.out(torch.tanh(self.b(torch.tanh(self.a(z)))))
 
 
-def worn(grid: TrinaryGrid, rng: np.random.Generator) -> TrinaryGrid:
-    """Some maps in black and white, with thicker walls, or with holes in them: what programs and people do to maps."""
-    labels = np.array(grid.labels)
-    if rng.random() < 0.15:
-        labels[labels == Label.UNKNOWN] = Label.FREE
-    if rng.random() < 0.12:
-        labels[cv2.dilate((labels == Label.OCCUPIED).astype(np.uint8), np.ones((2, 2), np.uint8)) > 0] = Label.OCCUPIED
-    if rng.random() < 0.25:
-        holes = (labels == Label.OCCUPIED) & (rng.random(labels.shape) < rng.uniform(0.03, 0.2))
-        labels[holes] = rng.choice([Label.FREE, Label.UNKNOWN])
-    return replace(grid, labels=labels)
+def train(net: nn.Module, loss, choose, epochs: int, decay: float, rate: float = 4e-3) -> nn.Module:  # type: ignore[no-untyped-def]
+    """AdamW in one cycle; `choose(generator)` gives an epoch's rows, `loss(rows, mirrored)` their mean loss."""
+    generator = torch.Generator().manual_seed(0)
+    steps = epochs * (len(choose(generator)) // BATCH)
+    optimizer = torch.optim.AdamW(net.parameters(), lr=rate, weight_decay=decay)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, rate, total_steps=steps)
+    start = time.monotonic()
+    for epoch in range(epochs):
+        rows, total = choose(generator), 0.0
+        for k in range(len(rows) // BATCH):
+            value = loss(rows[k * BATCH : (k + 1) * BATCH], bool(torch.rand(1, generator=generator) < 0.5))
+            optimizer.zero_grad()
+            value.backward()
+            optimizer.step()
+            schedule.step()
+            total += value.item()
+        done = total / max(1, len(rows) // BATCH)
+        sys.stdout.write(f"{type(net).__name__} epoch {epoch}: loss {done:.4f}, {time.monotonic() - start:.0f} s\n")
+    return net.eval()
 
 
-def real() -> Iterator[Table]:
-    """The tables of run A2."""
-    folder = real_data_root() / "slam_challenge"
-    for name in A2:
-        grid = trinarize(read_map(folder / "maps" / f"{name}.yaml"))
-        yield table(grid, 0.3, read_drawn_parts(folder, name))
+def windows_loss(net: nn.Module, windows: Tensor, labels: Tensor, targets: Tensor, radii: Tensor, beta: float):  # type: ignore[no-untyped-def]
+    """The loss of `spot` and `judge`: cross entropy of the labels, and how far true ones are from their targets."""
+
+    def loss(rows: Tensor, mirrored: bool) -> Tensor:
+        w, y, goal = windows[rows], labels[rows].float(), targets[rows]
+        if mirrored:
+            w, goal = w.flip(1).roll(1, 1), goal * TURNED
+            if y.ndim == 2:  # one label for every direction
+                y, goal = y.flip(1).roll(1, 1), goal.flip(1).roll(1, 1)
+        answer = net(w, radii[rows])
+        true = y == 1
+        entropy = functional.binary_cross_entropy_with_logits(answer[..., 0][y >= 0], y[y >= 0])
+        if not true.any():
+            return entropy
+        total = entropy + 0.4 * functional.smooth_l1_loss(answer[..., 1:4][true], goal[..., :3][true], beta=beta)
+        if answer.shape[-1] > 4:  # the judge says whether it sees a whole barrel
+            total = total + 0.2 * functional.binary_cross_entropy_with_logits(answer[..., 4][true], goal[..., 3][true])
+        return total
+
+    return loss
 
 
-def train(x: FloatArray, y: FloatArray, seed: int = 0) -> dict[str, FloatArray]:
-    """Fit the network by maximum likelihood with a ridge (L-BFGS)."""
-    mean, scale = x.mean(axis=0), x.std(axis=0) + 1e-3
-    z = (x - mean) / scale
-    random = np.random.default_rng(seed)
-    shapes = [(z.shape[1], HIDDEN), (HIDDEN,), (HIDDEN,), ()]
-    bounds = np.cumsum([0, *(int(np.prod(shape)) for shape in shapes)])
-
-    def unpack(p: FloatArray) -> list[FloatArray]:
-        return [p[a:b].reshape(s) for a, b, s in zip(bounds[:-1], bounds[1:], shapes, strict=True)]
-
-    def loss(p: FloatArray) -> tuple[float, FloatArray]:
-        hidden, hidden_bias, output, bias = unpack(p)
-        inner = np.tanh(z @ hidden + hidden_bias)
-        logit = inner @ output + bias
-        error = (1 / (1 + np.exp(-logit)) - y) / len(y)
-        back = error[:, None] * output * (1 - inner**2)
-        value = (np.logaddexp(0, logit) - y * logit).mean() + RIDGE * ((hidden**2).sum() + (output**2).sum())
-        parts = [
-            z.T @ back + 2 * RIDGE * hidden,
-            back.sum(axis=0),
-            inner.T @ error + 2 * RIDGE * output,
-            error.sum(),
-        ]
-        return float(value), np.concatenate([np.ravel(part) for part in parts])
-
-    start = random.normal(size=bounds[-1]) / np.sqrt(z.shape[1])
-    fitted = minimize(loss, start, jac=True, method="L-BFGS-B", options={"maxiter": STEPS}).x
-    hidden, hidden_bias, output, bias = unpack(fitted)
-    return {
-        "mean": mean, "scale": scale, "hidden": hidden, "hidden_bias": hidden_bias, "output": output,
-        "output_bias": bias,
-    }  # fmt: skip
+def stored(folder: Path, name: str, make, paths: list[Path], copies: int) -> list[Tensor]:  # type: ignore[no-untyped-def]
+    """The columns of a table, made once."""
+    path = folder / f"{name}.npz"
+    if not path.exists():
+        np.savez(path, *tables(make, paths, copies))
+    with np.load(path) as columns:
+        found = [torch.from_numpy(columns[key]) for key in columns.files]
+    return [column.float() if column.is_floating_point() else column for column in found]
 
 
-def artificial_tables() -> list[Table]:
-    """The tables of all artificial maps."""
-    jobs = [(tier, index) for tier, number in SUITES for index in range(number)]
-    with ProcessPoolExecutor(2) as pool:
-        made = list(pool.map(synthetic, jobs, chunksize=2))
-    for tier, number in SUITES:
-        mine = [t for t, job in zip(made, jobs, strict=True) if job[0] == tier]
-        true, total = sum(t[1].sum() for t in mine), sum(len(t[1]) for t in mine)
-        sys.stdout.write(f"{tier}: {number} maps, {total} hypotheses, {int(true)} of them true\n")
-    return made
+def train_spot(columns: list[Tensor]) -> nn.Module:
+    """On every window near something, and some of the others."""
+    windows, labels, targets, radii = columns
+    near = (labels != 0).any(1)
+    hot, cold = torch.nonzero(near)[:, 0], torch.nonzero(~near)[:, 0]
+
+    def choose(generator: torch.Generator) -> Tensor:
+        some = cold[torch.randperm(len(cold), generator=generator)[: int(EASY * len(cold))]]
+        rows = torch.cat([hot, some])
+        return rows[torch.randperm(len(rows), generator=generator)]
+
+    net = Spot()
+    return train(net, windows_loss(net, windows, labels, targets, radii, 0.05), choose, epochs=12, decay=1e-4)
+
+
+def train_judge(columns: list[Tensor]) -> nn.Module:
+    """On every window that counts."""
+    windows, labels, targets, radii = columns
+    rows = torch.nonzero(labels >= 0)[:, 0]
+    net = Judge()
+    loss = windows_loss(net, windows, labels, targets, radii, 0.02)
+    return train(net, loss, lambda g: rows[torch.randperm(len(rows), generator=g)], epochs=16, decay=3e-3)
+
+
+def train_correct(columns: list[Tensor]) -> nn.Module:
+    """By the likelihood of normal errors, so that sigma is honest on average."""
+    even, odd, left, _ = columns
+    net = Correct(even, odd)
+
+    def loss(rows: Tensor, _: bool) -> Tensor:
+        answer = net(even[rows], odd[rows])
+        squares = ((left[rows] - answer[:, :2]) ** 2).sum(1) / 2
+        return (squares / torch.exp(2 * answer[:, 2]) + 2 * answer[:, 2]).mean()
+
+    return train(net, loss, lambda g: torch.randperm(len(left), generator=g), epochs=40, decay=1e-2, rate=5e-3)
+
+
+def keep(name: str, net: nn.Module) -> None:
+    """Put a network's numbers beside the others'."""
+    kept = dict(np.load(TARGET)) if TARGET.exists() else {}
+    kept = {key: value for key, value in kept.items() if not key.startswith(f"{name}.")}
+    kept |= {f"{name}.{key}": value.numpy().astype(np.float32) for key, value in net.state_dict().items()}
+    np.savez(TARGET, **kept)
+    network.weights.cache_clear()
 
 
 def main() -> int:
-    """Make the maps, train, write the network."""
-    both = artificial_tables() + list(real()) * A2_COPIES
-    x, y = np.concatenate([t[0] for t in both]), np.concatenate([t[1] for t in both])
-    if len(sys.argv) > 1:  # the numbers behind the network, to study them
-        np.savez_compressed(sys.argv[1], x=x.astype(np.float32), y=y)
-    stored = {name: value.astype(np.float32) for name, value in train(x, y).items()}
-    np.savez(TARGET, **stored)  # type: ignore[arg-type]
+    """Each network learns from what those before it find."""
+    if len(sys.argv) != 2:
+        sys.stderr.write("usage: ./run bench train_detector FOLDER\n")
+        return 2
+    torch.set_num_threads(1)  # batches this small are slower on several
+    torch.manual_seed(0)
+    folder = Path(sys.argv[1])
+    paths = make_maps(folder / "maps")
+    keep("spot", train_spot(stored(folder, "spot", spot_table, paths, copies=3)))
+    keep("judge", train_judge(stored(folder, "judge", judge_table, paths, copies=4)))
+    keep("correct", train_correct(stored(folder, "correct", correct_table, paths, copies=2)))
     return 0
 
 

@@ -1,27 +1,30 @@
 """TrinaryGrid + radius -> barrel parts: all arcs of the known radius, convex towards free space (SSRR 2011, II-A-3).
 
-On cells coarse enough for the radius, those that touch an obstacle vote for centres behind it; around each candidate
-half circles are fitted at the fixed radius, the two halves on one wall each by itself; a small network trained on
-artificial maps and run A2 of the real ones says how sure each is; what remains is measured in the map's own cells. The
-detector knows no arena.
+On cells coarse enough for the radius, those that touch an obstacle vote for centres behind it; small networks, trained on
+artificial maps and run A2 of the real ones, look at polar windows around these centres and say where half circles and
+whole ones stand and how sure that is; what remains is measured in the map's own cells. The detector knows no arena.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 
-from fidmap.detect.coarse import propose
-from fidmap.detect.confidence import confidence
-from fidmap.detect.extent import extents, suppress
+from fidmap.detect.arcs import Arcs, hypotheses, suppress
+from fidmap.detect.coarse import coarser, factor
 from fidmap.detect.measure import Measured, measure
+from fidmap.detect.polar import Windower
 from fidmap.detect.spread import with_spreads
+from fidmap.detect.votes import centre_candidates
 from fidmap.grid import cells_to_metres
 from fidmap.model import BarrelPart, FloatArray, SettingsError, TrinaryGrid
 
 __all__ = ["find_barrel_parts", "with_spreads"]
 
+Labels = npt.NDArray[np.uint8]
 LEAST_CONFIDENCE = 0.02
 LEAST_DRAWN = math.pi / 2
 WHOLE = math.radians(300)
@@ -47,18 +50,22 @@ def find_barrel_parts(grid: TrinaryGrid, radius_m: float) -> tuple[BarrelPart, .
             f"a radius of {radius_m:g} m is {radius:.2g} cells of {grid.resolution_m:g} m: arcs need at least 2 cells; "
             "give the radius in metres, or a finer map"
         )
-    sampler, arcs, factor = propose(grid.labels, radius)
-    if len(arcs.facings) == 0:
+    arcs = half_circles(grid.labels, radius)
+    if len(arcs.sure) == 0:
         return ()
-    sure = confidence(sampler, arcs)
-    order = np.argsort(-sure, kind="stable")
-    order = order[sure[order] >= LEAST_CONFIDENCE]
-    arcs, sure = arcs.take(order), sure[order]
-    seen = extents(sampler, arcs)
-    kept = suppress(seen, sampler.radius)
-    centres, facings, reach = seen.centres[kept] * factor, seen.facings[kept], seen.reach[kept]
-    found = measure(grid.labels, centres, facings, reach, radius, grid.resolution_m)
-    return with_spreads(grid, _barrel_parts(grid, found, sure[kept]), radius_m)
+    found = measure(grid.labels, arcs, radius, grid.resolution_m)
+    return with_spreads(grid, _barrel_parts(grid, found, arcs.sure), radius_m)
+
+
+def half_circles(labels: Labels, radius: float) -> Arcs:
+    """Half circles and more of a radius (cells), each arc once, most probable first; the map's own cells."""
+    times = factor(radius)
+    small = coarser(labels, times)
+    windower = Windower(small, radius / times)
+    arcs = hypotheses(windower, centre_candidates(small, windower.radius))
+    arcs = arcs.take(arcs.sure >= LEAST_CONFIDENCE)
+    arcs = arcs.take(suppress(arcs, windower.radius))
+    return replace(arcs, centres=arcs.centres * times)
 
 
 def _barrel_parts(grid: TrinaryGrid, found: Measured, sure: FloatArray) -> tuple[BarrelPart, ...]:

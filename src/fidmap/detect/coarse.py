@@ -6,9 +6,6 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from fidmap.detect.arcs import Arcs, hypotheses
-from fidmap.detect.ring import RingSampler
-from fidmap.detect.votes import centre_candidates
 from fidmap.model import Label
 
 Labels = npt.NDArray[np.uint8]
@@ -17,15 +14,9 @@ LEAST_RADIUS = 5.5
 ORDER = np.array([Label.UNKNOWN, Label.FREE, Label.OCCUPIED], np.uint8)
 
 
-def propose(labels: Labels, radius: float) -> tuple[RingSampler, Arcs, int]:
-    """Half circles that may be barrel parts, on a map coarse enough for their radius.
-
-    labels: (H, W); radius in cells. Returns what they were seen with and how many cells make one of its own.
-    """
-    factor = max(1, int(radius / LEAST_RADIUS))
-    small = coarser(labels, factor)
-    sampler = RingSampler(small, radius / factor)
-    return sampler, hypotheses(sampler, centre_candidates(small, sampler.radius)), factor
+def factor(radius: float) -> int:
+    """How many cells make one in which a radius (cells) is at least 5.5 and less than 11."""
+    return max(1, int(radius / LEAST_RADIUS))
 
 
 def coarser(labels: Labels, factor: int) -> Labels:

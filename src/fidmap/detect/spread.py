@@ -9,14 +9,14 @@ from dataclasses import replace
 import numpy as np
 
 from fidmap.detect.arcs import difference
-from fidmap.detect.measure import band_cells
+from fidmap.detect.fits import band_cells
 from fidmap.grid import metres_to_cells
 from fidmap.model import BarrelPart, FloatArray, TrinaryGrid
 
 # tuned on artificial maps (tune split): what the raster alone spreads, in cells; and what turns the median of |r - R|
 # into the deviation of the poses, which hit-counting mappers widen
 RASTER_SPREAD = 0.46
-TO_DEVIATION = 1.23
+TO_DEVIATION = 1.15
 BAND = 0.9
 
 
@@ -40,7 +40,7 @@ def radial_spreads(
     """Robust radial spread (K,) in cells of the occupied cells about circles (K, 2), beyond what the raster causes.
 
     Of the cells within 0.9 R of the ring and `reach` of the facing, each weighed by 1/r so that rings of all radii
-    count the same: 1.23 times the weighted median of |r - R|, less the raster's own in squares.
+    count the same: 1.15 times the weighted median of |r - R|, less the raster's own in squares.
     """
     cells = band_cells(grid.labels, centres, radius, BAND * radius)
     r, angle = cells.polar(centres)

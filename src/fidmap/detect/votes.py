@@ -11,9 +11,10 @@ from fidmap.model import FloatArray, Label
 Image = npt.NDArray[np.uint8]
 Votes = npt.NDArray[np.uint16]
 MOST_VOTES = 255
+REACH = 0.45
 
 
-def centre_candidates(labels: Image, radius: float, min_votes: float = 0.38) -> FloatArray:
+def centre_candidates(labels: Image, radius: float, min_votes: float = 0.42) -> FloatArray:
     """Places that at least a share `min_votes` of a half ring's boundary votes for.
 
     labels: (H, W) of `Label`; radius in cells. Returns (N, 2) (row, column) continuous cell coordinates, most
@@ -76,7 +77,7 @@ def _peaks(votes: Votes, radius: float, min_votes: float) -> FloatArray:
     """Local maxima of the smoothed votes, as continuous cell coordinates."""
     sigma = max(1.0, 0.14 * radius)
     smooth = cv2.GaussianBlur(votes, (0, 0), sigma)
-    reach = max(1, round(0.3 * radius))
+    reach = max(1, round(REACH * radius))
     highest = cv2.dilate(smooth, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
     # a half ring has about pi * radius boundary cells; a blurred pile of n votes peaks at n / (2 pi sigma^2)
     enough = 256 * min_votes * np.pi * radius / (2 * np.pi * (sigma**2 + (0.12 * radius) ** 2))

@@ -1,0 +1,121 @@
+"""The learned part: small networks over polar windows and fits, trained by `benchmarks/train_detector.py`.
+
+`spot` looks at a candidate once and says for each direction whether a half circle faces it, and where its centre is;
+`judge` looks at one half circle, turned to its facing; `correct` turns several fits of an arc into one centre and its
+uncertainty. All treat a map and its mirror image alike, up to rounding `spot`. Single precision, batches that stay in
+the cache.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import resources
+
+import numpy as np
+import numpy.typing as npt
+
+from fidmap.detect.polar import Windows
+from fidmap.model import FloatArray, Label
+
+SingleArray = npt.NDArray[np.float32]
+Weights = dict[str, SingleArray]
+SPOT_ANGLES, SPOT_STEPS = 48, 20
+JUDGE_ANGLES, JUDGE_STEPS = 64, 28
+DILATIONS = (1, 3, 8)
+USUAL_RADIUS = 7.0
+BATCH = 64
+MIRRORED = np.array([1, 1, -1, -1, 1], np.float32)  # what across and turn become in a mirror
+
+
+@cache
+def weights() -> dict[str, Weights]:
+    """The numbers of the networks that come with fidmap, by network and layer."""
+    path = resources.files("fidmap.detect").joinpath("network.npz")
+    with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
+        names = {name.split(".")[0] for name in stored.files}
+        return {net: {n.split(".", 1)[1]: stored[n] for n in stored.files if n.startswith(f"{net}.")} for net in names}
+
+
+def spot(windows: Windows, radius: float) -> FloatArray:
+    """What (M, A, steps) windows show in each direction: (M, A, 4) logit, along, across (radii), turn (radians).
+
+    A row of circular convolutions over the angles, so that turning a window turns the answer.
+    """
+    return _batches(_spot, windows, radius)
+
+
+def judge(windows: Windows, radius: float) -> FloatArray:
+    """What half circles are whose windows begin at their facing.
+
+    (M, 5) logit, along, across (radii), turn (radians), and the logit of being a piece of a whole circle.
+    """
+    flipped = np.roll(windows[:, ::-1], 1, axis=1)
+    return (_batches(_judge, windows, radius) + MIRRORED * _batches(_judge, flipped, radius)) / 2
+
+
+def correct(even: FloatArray, odd: FloatArray) -> FloatArray:
+    """(K, 3) correction along and across the facing, and log sigma, all in cells.
+
+    even: (K, E) what a mirror leaves; odd: (K, O) what it turns round.
+    """
+    one, other = (_correct(np.concatenate([even, sign * odd], axis=1)) for sign in (1, -1))
+    return np.stack([one[:, 0] + other[:, 0], one[:, 1] - other[:, 1], one[:, 2] + other[:, 2]], axis=1) / 2
+
+
+def probability(logit: FloatArray) -> FloatArray:
+    """Logits to probabilities."""
+    return np.asarray(1 / (1 + np.exp(-logit)))
+
+
+def _batches(network, windows: Windows, radius: float) -> FloatArray:  # type: ignore[no-untyped-def]
+    """A network over windows, few at a time."""
+    found = [network(windows[k : k + BATCH], radius) for k in range(0, max(1, len(windows)), BATCH)]
+    return np.asarray(np.concatenate(found), np.float64)
+
+
+def _first(layer: Weights, windows: Windows, radius: float) -> SingleArray:
+    """(M, A, C): each angle's steps by themselves, occupied and free cells apart, and the radius."""
+    weight, steps = layer["inp.weight"], windows.shape[2]
+    bias = layer["inp.bias"] + weight[:, 2 * steps] * np.float32(np.log(radius / USUAL_RADIUS))
+    seen = np.concatenate([windows == Label.OCCUPIED, windows == Label.FREE], axis=2).astype(np.float32)
+    return _dense(seen, weight[:, : 2 * steps], bias)
+
+
+def _dense(x: SingleArray, weight: SingleArray, bias: SingleArray) -> SingleArray:
+    """A layer over the last axis, negative answers cut off."""
+    flat = x.reshape(-1, x.shape[-1]) @ weight.T
+    flat += bias
+    np.maximum(flat, 0, out=flat)
+    return flat.reshape(*x.shape[:-1], len(weight))
+
+
+def _around(x: SingleArray, dilation: int, stride: int = 1) -> SingleArray:
+    """(M, A/stride, 5 C): each angle with its two neighbours to both sides, around the circle."""
+    count = x.shape[1]
+    places = np.arange(0, count, stride)[:, None] + dilation * np.arange(-2, 3)
+    return x[:, places % count].reshape(len(x), count // stride, 5 * x.shape[2])
+
+
+def _spot(windows: Windows, radius: float) -> SingleArray:
+    layer = weights()["spot"]
+    x = _first(layer, windows, radius)
+    for k, dilation in enumerate(DILATIONS):
+        x = _dense(_around(x, dilation), layer[f"c.{k}.weight"], layer[f"c.{k}.bias"])
+    return x @ layer["out.weight"].T + layer["out.bias"]
+
+
+def _judge(windows: Windows, radius: float) -> SingleArray:
+    layer = weights()["judge"]
+    x = _first(layer, windows, radius)
+    for name in ("c1", "c2"):
+        x = _dense(_around(x, 1, stride=2), layer[f"{name}.weight"], layer[f"{name}.bias"])
+    x = _dense(x.reshape(len(x), x.shape[1] * x.shape[2]), layer["h.weight"], layer["h.bias"])
+    return x @ layer["out.weight"].T + layer["out.bias"]
+
+
+def _correct(x: FloatArray) -> FloatArray:
+    layer = weights()["correct"]
+    z = (x - layer["mean"]) / layer["scale"]
+    for name in ("a", "b"):
+        z = np.tanh(z @ layer[f"{name}.weight"].T + layer[f"{name}.bias"])
+    return np.asarray(z @ layer["out.weight"].T + layer["out.bias"], np.float64)

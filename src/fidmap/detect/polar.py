@@ -1,0 +1,42 @@
+"""Polar windows of a map: what stands in every direction from a centre, from a fifth of the radius outwards.
+
+All lengths here are cells, all centres continuous cell coordinates (row, column), angles counter-clockwise from
+the column axis, so that the direction of an angle is (sin, cos) in (row, column).
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from fidmap.model import FloatArray, Label
+
+Labels = npt.NDArray[np.uint8]
+Windows = npt.NDArray[np.uint8]
+INNERMOST, OUTERMOST = 0.2, 1.75  # radii
+
+
+class Windower:
+    """Cuts polar windows out of one map; keeps the map padded so that no look-up needs a bounds check."""
+
+    def __init__(self, labels: Labels, radius: float) -> None:
+        """labels: (H, W) of `Label`; radius in cells."""
+        self.radius = radius
+        self.pad = int(2.5 * radius) + 8
+        self.labels = cv2.copyMakeBorder(
+            labels, self.pad, self.pad, self.pad, self.pad, cv2.BORDER_CONSTANT, value=[int(Label.UNKNOWN)]
+        )
+
+    def cut(self, centres: FloatArray, facings: FloatArray, angles: int, steps: int) -> Windows:
+        """(M, angles, steps) labels about (M, 2) centres: the first angle is the facing, steps go outwards."""
+        radii = (self.radius * np.linspace(INNERMOST, OUTERMOST, steps)).astype(np.float32)
+        theta = facings[:, None] + np.arange(angles) * (2 * np.pi / angles)
+        limit = np.array(self.labels.shape) - 2 * self.pad
+        middle = np.clip(centres, 0, limit).astype(np.float32) + self.pad
+        # truncation is floor here: the padding keeps all coordinates positive
+        rows = (middle[:, 0, None, None] + np.sin(theta).astype(np.float32)[..., None] * radii).astype(np.int32)
+        columns = (middle[:, 1, None, None] + np.cos(theta).astype(np.float32)[..., None] * radii).astype(np.int32)
+        rows *= self.labels.shape[1]
+        rows += columns
+        return np.asarray(self.labels.reshape(-1).take(rows, mode="clip"), np.uint8)

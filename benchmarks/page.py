@@ -13,10 +13,11 @@ from fidmap.version import __version__
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "benchmarks.md"
 HEAD = """# Benchmarks
 
-Written by `./run bench detect` (barrel parts found), `./run bench real` (scores on real maps), `./run bench register`
-(registrations), `./run bench formats` (readers) and `./run bench evening` (speed). Real maps are not part of the
-project: the benchmarks read them from the folder that `FIDMAP_REAL_DATA` names, and what was tuned on is said beside
-each figure. Times are of whatever machine ran last, so compare ratios, not seconds.
+Each section is written by its own command: `./run bench real` (scores on real maps), `./run bench detect` (barrel parts
+found), `./run bench sharpness` (resolution quality), `./run bench register` (registrations), `./run bench formats`
+(readers), `./run bench evening` (speed), and so on. Real maps are not part of the project: the benchmarks read them
+from the folder that `FIDMAP_REAL_DATA` names, and what was tuned on is said beside each figure. Times are of whatever
+machine ran last, so compare ratios, not seconds.
 """
 
 

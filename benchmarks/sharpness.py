@@ -81,7 +81,7 @@ def cut(grid: TrinaryGrid, parts: Sequence[BarrelPart]) -> TrinaryGrid:
     """The map with the first 60 degrees of every half's 180 wiped out."""
     labels = np.array(grid.labels)
     rows, columns = np.nonzero(labels == Label.OCCUPIED)
-    places = cells_to_metres(np.stack([rows, columns], axis=1) + 0.5, grid.resolution_m, grid.origin)
+    places = cells_to_metres(np.stack([rows, columns], axis=1).astype(np.float64) + 0.5, grid.resolution_m, grid.origin)
     for part in parts:
         away = places - [part.x_m, part.y_m]
         turned = np.arctan2(away[:, 1], away[:, 0]) - (part.facing or 0.0)

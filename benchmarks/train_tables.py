@@ -56,7 +56,7 @@ class Drawn:
 
     def place(self, x: float, y: float) -> FloatArray:
         """(row, column) of a place in the map's frame."""
-        return metres_to_cells(np.array([[x, y]]), self.grid.resolution_m, self.grid.origin)[0]
+        return np.asarray(metres_to_cells(np.array([[x, y]]), self.grid.resolution_m, self.grid.origin)[0])
 
     def worn(self, random: np.random.Generator) -> Drawn:
         """The map as programs and people may hand it on: black and white, with thicker walls or holes in them."""
@@ -105,7 +105,9 @@ def ideal_drawing(number: int) -> Drawn:
     side = int(12 * radius)
     labels = np.full((side, side), Label.FREE, np.uint8)
     out = np.array([np.cos(angle), np.sin(angle)])  # x, y of the wall's side A
-    wall, parts, points = side / 2 + random.uniform(-1, 1, 2), [], []
+    wall = side / 2 + random.uniform(-1, 1, 2)
+    parts: list[DrawnPart] = []
+    points: list[FloatArray] = []
     along = np.linspace(-side, side, 8 * side)[:, None] * [-out[1], out[0]]
     for sign in (1, -1):
         points.append(wall + sign * thick / 2 * out + along)
@@ -115,7 +117,8 @@ def ideal_drawing(number: int) -> Drawn:
                 turn = np.linspace(-np.pi / 2, np.pi / 2, 4000) + angle + (0 if sign > 0 else np.pi)
                 points.append(centre + radius * np.stack([np.cos(turn), np.sin(turn)], axis=1))
                 facing = float(angle + (0 if sign > 0 else np.pi))
-                parts.append(DrawnPart(str(len(parts)), *(centre * 0.3 / radius), facing, "yes", ()))
+                x_m, y_m = centre * 0.3 / radius
+                parts.append(DrawnPart(str(len(parts)), float(x_m), float(y_m), facing, "yes", ()))
                 y, x = np.mgrid[0:side, 0:side] + 0.5 - centre[::-1, None, None]
                 labels[(np.hypot(x, y) < radius) & (sign * (x * out[0] + y * out[1]) > 0)] = Label.UNKNOWN
     x, y = np.floor(np.concatenate(points)).astype(int).T

@@ -104,16 +104,18 @@ def test_a_deleted_row_is_a_lost_part(first: dict[str, Any]) -> None:
 
 def test_an_added_row_fills_a_missing_part(first: dict[str, Any]) -> None:
     """Two numbers and an id are enough; n goes on after the largest."""
-    missing = next(entry for entry in first["parts"] if not entry["assigned"])
-    place = {"x_m": str(missing["expected_x_m"]), "y_m": str(missing["expected_y_m"]), "id": missing["id"]}
-    write([*rows(), {**dict.fromkeys(rows()[0], ""), **place}])
+    kept = rows()
+    kept.remove(row_of(kept, "1A"))
+    missing, most = part(first, "1A"), max(int(row["n"]) for row in kept)
+    place = {"x_m": str(missing["x_m"]), "y_m": str(missing["y_m"]), "id": "1A"}
+    write([*kept, {**dict.fromkeys(kept[0], ""), **place}])
     again = rescored("noisy.yaml")
 
-    found = part(again, missing["id"])
+    found = part(again, "1A")
     assert found["assigned"]
     assert found["state"] == "fixed"
-    assert found["n"] == max(arc["n"] for arc in first["detections"]) + 1
-    assert found["relative_error_m"] < 0.05
+    assert found["n"] == most + 1
+    assert found["relative_error_m"] == pytest.approx(missing["relative_error_m"], abs=1e-3)
 
 
 def test_a_moved_row_moves_its_part(first: dict[str, Any]) -> None:

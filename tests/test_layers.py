@@ -54,7 +54,7 @@ PURE = {
     "scipy", "typing", "__future__",
 }  # fmt: skip
 # the network's weights lie beside its code and are read as a resource of the package
-EXTRA = {"detect/confidence.py": {"importlib"}}
+EXTRA = {"detect/network.py": {"importlib"}}
 RANDOM = {"seed", "rand", "randn", "random", "normal", "uniform", "choice", "shuffle", "permutation", "RandomState"}
 
 

@@ -1,8 +1,8 @@
 """TrinaryGrid + radius -> barrel parts: all arcs of the known radius, convex towards free space (SSRR 2011, II-A-3).
 
-On cells coarse enough for the radius, those that touch an obstacle vote for centres behind it; small networks, trained on
-artificial maps and run A2 of the real ones, look at polar windows around these centres and say where half circles and
-whole ones stand and how sure that is; what remains is measured in the map's own cells. The detector knows no arena.
+On cells coarse enough for the radius, those that touch an obstacle vote for centres behind it; small networks, trained
+on artificial maps and run A2 of the real ones, look at polar windows around these centres and say where half circles
+and whole ones stand and how sure that is; what remains is measured in the map's own cells. The detector knows no arena.
 """
 
 from __future__ import annotations

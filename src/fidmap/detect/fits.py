@@ -136,7 +136,18 @@ def band_cells(labels: Labels, centres: FloatArray, radius: float, width: float)
     index = np.floor(centres).astype(np.intp)[:, None] + offsets[None]
     inside = ((index >= 0) & (index < labels.shape)).all(axis=2)
     index = np.clip(index, 0, np.array(labels.shape) - 1)
-    return BandCells(index + 0.5, inside & (labels[index[..., 0], index[..., 1]] == Label.OCCUPIED))
+    return _packed(index, inside & (labels[index[..., 0], index[..., 1]] == Label.OCCUPIED))
+
+
+def _packed(index: npt.NDArray[np.intp], valid: Mask) -> BandCells:
+    """The valid ones of (K, L) cells side by side, in their order: most cells of a band are not occupied."""
+    rows, columns = np.nonzero(valid)
+    count = np.bincount(rows, minlength=len(valid))
+    places = np.arange(len(rows)) - np.repeat(np.cumsum(count) - count, count)
+    points = np.zeros((len(valid), int(count.max(initial=1)), 2))
+    kept = np.zeros(points.shape[:2], bool)
+    points[rows, places], kept[rows, places] = index[rows, columns] + 0.5, True
+    return BandCells(points, kept)
 
 
 def fit(

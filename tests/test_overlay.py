@@ -14,10 +14,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from fidmap.geometry import apply, apply_inverse
 from fidmap.grid import trinarize
 from fidmap.model import (
     Assignment,
     BarrelPart,
+    Displaced,
     FiducialPart,
     Grid,
     Pose2,
@@ -265,6 +267,46 @@ def test_short_errors_are_enlarged_and_the_legend_says_so() -> None:
     assert "position error, drawn 10 times as long" in texts(drawing)
     lengths = [math.hypot(*arrow) for arrow in error_arrows(drawing)]
     assert min(length for length in lengths if length > 0) >= 10
+
+
+def broken_report() -> Report:
+    """Detections 6 and 7 would be 3B and 4A, after a quarter turn and a shift; the other errors are short."""
+    report = sample_report()
+    near = tuple(part for part in report.attributes.parts if part.id != "2A")
+    report = replace(report, attributes=replace(report.attributes, parts=near))
+    turned = Transform(math.pi / 2, 3.0, 1.0)
+    piece = Displaced(("3B", "4A"), (5, 6), turned)
+    return replace(report, assignment=replace(report.assignment, displaced=(piece,)))
+
+
+def test_displaced_parts_are_drawn_with_the_move_that_would_mend_them() -> None:
+    """From each arc to where the second move takes it, to scale, though errors are enlarged; named, and counted."""
+    report = broken_report()
+    drawing = drawing_of(report, sample_grid())
+    move = report.assignment.transform
+    assert move is not None
+    scale = numbers(arc_of(drawing, "1A").findall("s:path", NS)[-1].attrib["d"])[2] / RADIUS_M
+
+    expected = []
+    for arc in report.detections[5:7]:
+        seen = np.array([[arc.x_m, arc.y_m]])
+        home = apply_inverse(move, apply(Transform(math.pi / 2, 3.0, 1.0), apply(move, seen)))
+        expected.append(((home - seen)[0] * [scale, -scale]).tolist())
+    paths = [numbers(p.attrib["d"]) for p in parsed(drawing).iterfind(".//s:path[@class='mending']", NS)]
+    assert [[p[2] - p[0], p[3] - p[1]] for p in paths] == [pytest.approx(e, abs=0.1) for e in expected]
+    found = texts(drawing)
+    assert "position error, drawn 10 times as long" in found
+    assert {"3B!", "4A!", "displaced, the map is broken here: 2", "second move that would mend the map"} <= set(found)
+    assert {"#6", "#7"}.isdisjoint(found)
+    tips = [title.text or "" for title in parsed(drawing).iterfind(".//s:title", NS)]
+    assert any(tip.startswith("3B: displaced, the map is broken here, detection 6, away by ") for tip in tips)
+
+
+def test_a_whole_map_has_nothing_to_mend() -> None:
+    drawing = drawing_of(sample_report(), sample_grid())
+
+    assert "mending" not in drawing
+    assert not any("broken" in text for text in texts(drawing))
 
 
 def embedded(drawing: str) -> Image.Image:

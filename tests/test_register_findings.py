@@ -187,6 +187,11 @@ def test_displaced_submap(settings: Settings) -> None:
     turn = float(told.text.split("turned by ")[1].split(" deg")[0])
     assert shift == pytest.approx(5, abs=0.15)
     assert turn == pytest.approx(20, abs=3)
+    (piece,) = result.displaced
+    assert piece.parts == PIECE
+    home = apply(piece.home, apply(result.transform, np.array([(parts[j].x_m, parts[j].y_m) for j in piece.barrels])))
+    truth = [(p.x_m, p.y_m) for p in BROKEN_ARENA.parts if p.id in PIECE]
+    assert home == pytest.approx(np.array(truth, float), abs=0.2)
 
 
 def test_the_shift_is_told_in_the_arenas_axes() -> None:

@@ -318,6 +318,19 @@ class RunnerUp:
 
 
 @dataclass(frozen=True)
+class Displaced:
+    """A piece of a broken map: unassigned barrel parts that fit unassigned fiducial parts under a second rigid move.
+
+    parts: ids of the fiducial parts; barrels: indices of their barrel parts, in the same order. home: the second
+    move, in the arena's frame, from where T_truth_map puts the barrel parts to where they belong.
+    """
+
+    parts: tuple[str, ...]
+    barrels: tuple[int, ...]
+    home: Transform
+
+
+@dataclass(frozen=True)
 class Assignment:
     """Which barrel part is which fiducial part; only `fidmap.register.register` makes one (SSRR 2011, II-A-4).
 
@@ -325,7 +338,7 @@ class Assignment:
     fixed: per fiducial part whether a human said so. transform: T_truth_map of the maximum, None where the
     arena has no positions or nothing was assigned. value: the maximised sum of 1 - min(q(d), D)/D. upper_bound: no
     placement within the settings has a greater one, None where none was proven. runner_up: the best of the other
-    placements, None where it was not searched.
+    placements, None where it was not searched. displaced: pieces of a broken map, not searched by the quick search.
     """
 
     barrel_of: tuple[int | None, ...]
@@ -335,6 +348,7 @@ class Assignment:
     upper_bound: float | None = None
     runner_up: RunnerUp | None = None
     findings: tuple[Finding, ...] = ()
+    displaced: tuple[Displaced, ...] = ()
 
 
 @dataclass(frozen=True)

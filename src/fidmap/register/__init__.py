@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from fidmap.model import Arena, Assignment, BarrelPart, Settings, StartPose, Transform
+from fidmap.model import Arena, Assignment, BarrelPart, Displaced, Settings, StartPose, Transform
 from fidmap.register.displaced import displaced_submaps
 from fidmap.register.findings import ambiguous, name_findings
 from fidmap.register.optimum import displacement, find
@@ -47,7 +47,8 @@ def register(
     for i, j in zip(by_id, found.barrel_of, strict=True):
         barrel_of[i] = None if j is None else by_place[j]
     fixed = tuple(j is not None and parts[j].fixed_id is not None for j in barrel_of)
-    return replace(found, barrel_of=tuple(barrel_of), fixed=fixed)
+    pieces = tuple(replace(one, barrels=tuple(by_place[j] for j in one.barrels)) for one in found.displaced)
+    return replace(found, barrel_of=tuple(barrel_of), fixed=fixed, displaced=pieces)
 
 
 def _register(
@@ -65,14 +66,17 @@ def _register(
         barrel_of[int(i)] = int(j)
     findings = name_findings(chosen, optimum.maxima[0], parts, arena, settings)
     runner_up = None
+    pieces: tuple[Displaced, ...] = ()
     if not fast:
-        findings += displaced_submaps(problem, chosen, [part.id for part in arena.parts])
+        pieces, told = displaced_submaps(problem, chosen, [part.id for part in arena.parts])
+        findings += told
     if not fast and len(chosen.pairs) >= LEAST_PARTS:
         runner_up, rival = find_runner_up(problem, arena, start, optimum, chosen)
         findings += ambiguous(chosen, rival, parts, arena)
     return Assignment(
-        tuple(barrel_of), (False,) * count, chosen.transform, chosen.value, optimum.upper_bound, runner_up, findings
-    )
+        tuple(barrel_of), (False,) * count, chosen.transform, chosen.value, optimum.upper_bound, runner_up, findings,
+        pieces,
+    )  # fmt: skip
 
 
 def _place_of(part: BarrelPart) -> tuple[float | str, ...]:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fidmap.geometry import apply, turn_directions
-from fidmap.model import Finding, FloatArray, Transform
+from fidmap.model import Displaced, Finding, FloatArray, Transform
 from fidmap.register.optimum import displacement, local_maxima
 from fidmap.register.polish import Placement
 from fidmap.register.problem import Problem
@@ -28,19 +28,24 @@ class _LeftOver:
     columns: Indices
 
 
-def displaced_submaps(problem: Problem, chosen: Placement, ids: Sequence[str]) -> tuple[Finding, ...]:
-    """Findings `displaced-submap`, one per piece of at least three parts; the parts stay unassigned.
+def displaced_submaps(
+    problem: Problem, chosen: Placement, ids: Sequence[str]
+) -> tuple[tuple[Displaced, ...], tuple[Finding, ...]]:
+    """Pieces of at least three parts, and a finding `displaced-submap` for each; the parts stay unassigned.
 
     Each pair of a piece is within D/4 under the piece's own rigid move (within D/2 three parts often fit by
     chance), and that move takes its arcs at least D/2 (rms) away from where the chosen placement puts them.
     """
-    found = []
+    found, told = [], []
     left = _left_over(problem, chosen)
     while (piece := _piece(left, problem.d_max)) is not None:
-        names = sorted(ids[i] for i in left.rows[piece.pairs[:, 0]])
-        found.append(_finding(names, left.problem.barrels[piece.pairs[:, 1]], piece.transform))
+        rows, columns = left.rows[piece.pairs[:, 0]], left.columns[piece.pairs[:, 1]]
+        pairs = sorted((ids[i], int(j)) for i, j in zip(rows, columns, strict=True))
+        names, barrels = zip(*pairs, strict=True)
+        found.append(Displaced(names, barrels, piece.transform))
+        told.append(_finding(names, left.problem.barrels[piece.pairs[:, 1]], piece.transform))
         left = _take(left.problem, left.rows, left.columns, piece.pairs)
-    return tuple(found)
+    return tuple(found), tuple(told)
 
 
 def _left_over(problem: Problem, chosen: Placement) -> _LeftOver:
@@ -87,7 +92,7 @@ def _piece(left: _LeftOver, d_max: float) -> Placement | None:
     )
 
 
-def _finding(names: list[str], arcs: FloatArray, home: Transform) -> Finding:
+def _finding(names: Sequence[str], arcs: FloatArray, home: Transform) -> Finding:
     """`home` moves the piece's arcs (K, 2) to where they belong; told is how they lie against that."""
     away = arcs.mean(axis=0) - apply(home, arcs).mean(axis=0)
     turn = -math.degrees(math.remainder(home.rotation, 2 * math.pi))

@@ -17,7 +17,7 @@ from fidmap.model import Label, Report, TrinaryGrid
 from fidmap.report import fonts, svg
 from fidmap.report.overlay_frame import Sheet, legend_rows, sheet_around
 from fidmap.report.overlay_scene import LABELLED_UP_TO, Arrows, Scene, shown_radius
-from fidmap.report.overlay_style import STYLES, arrow_sample, sample, swatch
+from fidmap.report.overlay_style import STYLES, arrow_sample, mending_sample, sample, swatch
 from fidmap.report.states import Mark, State, marks
 from fidmap.report.view import View, make_view, picture
 from fidmap.report.wording import clean, percent
@@ -120,6 +120,8 @@ def _legend(found: Sequence[Mark], arrows: Arrows, report: Report, view: View, h
         true = arrows.factor == 1
         words = "arrow to where the part should be" if true else f"position error, drawn {arrows.factor} times as long"
         rows.append((arrow_sample(), words))
+    if counts[State.DISPLACED]:
+        rows.append((mending_sample(), "second move that would mend the map"))
     if shown_radius(report.arena.radius_m, view) > report.arena.radius_m * view.units_per_metre:
         rows.append(("", "arcs larger than true"))
     if has_map:

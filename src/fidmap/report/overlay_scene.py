@@ -11,7 +11,7 @@ import numpy as np
 from fidmap.model import FloatArray
 from fidmap.report import fonts, svg
 from fidmap.report.labels import Caption, Place, place_labels
-from fidmap.report.overlay_style import STYLES
+from fidmap.report.overlay_style import MENDING, STYLES
 from fidmap.report.states import Mark, State, is_whole
 from fidmap.report.view import View
 from fidmap.report.wording import clean, metres
@@ -46,7 +46,12 @@ class Arrows:
 
 def has_error(mark: Mark) -> bool:
     """Whether a mark is an assigned part whose place is known, so that its error can be drawn."""
-    return mark.expected_xy is not None and mark.state not in {State.MISSING, State.UNASSIGNED}
+    return mark.expected_xy is not None and mark.state not in {State.MISSING, State.UNASSIGNED, State.DISPLACED}
+
+
+def has_arrow(mark: Mark) -> bool:
+    """Whether an arrow starts at a mark: its error, or the move that would mend it."""
+    return has_error(mark) or mark.state is State.DISPLACED
 
 
 def shown_radius(radius_m: float, view: View) -> float:
@@ -72,7 +77,7 @@ class Scene:
         """Arcs lowest, then arrows, labels on top: what is read must not be covered."""
         places = self.places()
         arcs = svg.tag("g", [self.arc(mark) for mark in self.drawn], fill="none", stroke_linecap="butt")
-        arrows = svg.tag("g", [self.arrow(mark) for mark in self.drawn if has_error(mark)], fill="none")
+        arrows = svg.tag("g", [self.arrow(mark) for mark in self.drawn if has_arrow(mark)], fill="none")
         labels = [self.label(mark, place) for mark, place in places if place is not None]
         return [arcs, arrows, svg.tag("g", labels, font_weight="bold", stroke_linejoin="round")]
 
@@ -97,18 +102,21 @@ class Scene:
         return svg.tag("g", [tip, casing, line, style.centre(centre)], class_=f"arc {mark.state.value}")
 
     def tip_of_arrow(self, mark: Mark) -> FloatArray:
-        """Where an error arrow ends: enlarged, and never so short that it cannot be seen."""
+        """Where an arrow ends: errors are enlarged, moves are as they are; never so short that it cannot be seen."""
         start = self.centre(mark)
         along = self.view.to_drawing(np.array(mark.expected_xy, float)) - start
         length = float(np.hypot(*along))
         if length < 1e-6:
             return start
-        return np.asarray(start + along / length * max(length * (self.arrows.factor or 1), LEAST_ARROW))
+        factor = self.arrows.factor or 1 if has_error(mark) else 1
+        return np.asarray(start + along / length * max(length * factor, LEAST_ARROW))
 
     def arrow(self, mark: Mark) -> str:
-        """From the drawn centre towards where the part should be."""
+        """From the drawn centre towards where the part should be; dashed where that mends a broken map."""
         path = svg.arrow_path(self.centre(mark), self.tip_of_arrow(mark))
         casing = svg.tag("path", d=path, stroke="#fff", stroke_width=5, stroke_opacity=0.8)
+        if mark.state is State.DISPLACED:
+            return casing + svg.tag("path", d=path, stroke=STYLES[mark.state].text_colour, class_="mending", **MENDING)
         return casing + svg.tag("path", d=path, stroke="#111", stroke_width=2, class_="error")
 
     def places(self) -> list[tuple[Mark, Place | None]]:
@@ -135,7 +143,7 @@ class Scene:
             angles = middle + np.linspace(-mark.drawn / 2, mark.drawn / 2, 13)
             centre = self.centre(mark)
             points.append(centre + self.radius * np.stack([np.cos(angles), -np.sin(angles)], axis=1))
-            if has_error(mark):
+            if has_arrow(mark):
                 points.append(np.linspace(centre, self.tip_of_arrow(mark), 7))
         return np.concatenate(points)
 
@@ -160,12 +168,13 @@ class Scene:
 def _label_text(mark: Mark) -> str:
     text = clean(mark.label)
     text = text if len(text) <= 14 else text[:13] + "…"
-    return f"{text}?" if mark.state is State.DOUBTFUL else text
+    return text + {State.DOUBTFUL: "?", State.DISPLACED: "!"}.get(mark.state, "")
 
 
 def _tip(mark: Mark) -> str:
     """What a mouse pointer resting on an arc is told."""
     number = "" if mark.n is None else f", detection {mark.n}"
-    error = "" if mark.error_m is None else f", error {metres(mark.error_m)}"
+    word = "away by" if mark.state is State.DISPLACED else "error"
+    error = "" if mark.error_m is None else f", {word} {metres(mark.error_m)}"
     place = f"x {metres(mark.x_m)}, y {metres(mark.y_m)}"
     return f"{clean(mark.label)}: {STYLES[mark.state].text}{number}{error}; {place}"

@@ -16,6 +16,7 @@ from fidmap.report.states import State
 from fidmap.report.view import GREYS
 
 SAMPLE_SIZE = 26.0
+MENDING: dict[str, svg.Attribute] = {"stroke_width": 2.5, "stroke_dasharray": "9 4"}
 
 
 @dataclass(frozen=True)
@@ -25,7 +26,7 @@ class Style:
     text: str
     colour: str
     text_colour: str
-    shape: Literal["dot", "square", "ring", "cross", "diamond"]
+    shape: Literal["dot", "square", "ring", "cross", "diamond", "triangle"]
     dashes: str | None = None
 
     def centre(self, at: FloatArray) -> str:
@@ -38,6 +39,8 @@ class Style:
             return svg.tag("rect", x=x - 4, y=y - 4, width=8, height=8, **solid)
         if self.shape == "diamond":
             return svg.tag("path", d=_polygon(x, y, [(0, -5.5), (5.5, 0), (0, 5.5), (-5.5, 0)]), **solid)
+        if self.shape == "triangle":
+            return svg.tag("path", d=_polygon(x, y, [(0, -6), (5.5, 4), (-5.5, 4)]), **solid)
         if self.shape == "ring":
             return svg.tag("circle", cx=x, cy=y, r=3, fill="#fff", stroke=self.colour, stroke_width=2)
         path = f"M{svg.number(x - 4)} {svg.number(y - 4)}l8 8m0 -8l-8 8"
@@ -54,6 +57,7 @@ STYLES = {
     State.DOUBTFUL: Style("assigned, doubtful", "#E69F00", "#855C00", "diamond"),
     State.MISSING: Style("missing, expected here", "#D55E00", "#A84A00", "cross", "7 5"),
     State.UNASSIGNED: Style("detected, no part", "#CC79A7", "#96407A", "ring"),
+    State.DISPLACED: Style("displaced, the map is broken here", "#56B4E9", "#1B6C9C", "triangle"),
 }
 
 
@@ -70,6 +74,12 @@ def arrow_sample() -> str:
     """The legend's picture of an error arrow."""
     path = svg.arrow_path(np.array([-11.0, 5.0]), np.array([11.0, -5.0]))
     return svg.tag("path", d=path, stroke="#111", stroke_width=2, fill="none")
+
+
+def mending_sample() -> str:
+    """The legend's picture of the arrow that mends a displaced part."""
+    path = svg.arrow_path(np.array([-11.0, 5.0]), np.array([11.0, -5.0]))
+    return svg.tag("path", d=path, stroke=STYLES[State.DISPLACED].text_colour, fill="none", **MENDING)
 
 
 def hex_grey(label: Label) -> str:

@@ -6,6 +6,9 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
+import numpy as np
+
+from fidmap.geometry import apply, apply_inverse
 from fidmap.model import FiducialPart, PartResult, Report, Transform
 
 
@@ -17,6 +20,7 @@ class State(Enum):
     DOUBTFUL = "doubtful"
     MISSING = "missing"
     UNASSIGNED = "unassigned"
+    DISPLACED = "displaced"
 
 
 @dataclass(frozen=True)
@@ -24,7 +28,8 @@ class Mark:
     """One arc of the drawing, in the map's frame; angles in radians, `facing` None for a whole circle.
 
     label: part id, or the number n of a detection that is no part. n: the detection's number, None for a
-    missing part. expected_xy: where the registration expects the part, None where nobody knows.
+    missing part. expected_xy: where the registration expects the part, or where the second move takes a displaced one;
+    None where nobody knows.
     """
 
     state: State
@@ -60,6 +65,8 @@ def marks(report: Report) -> tuple[Mark, ...]:
     states = part_states(report)
     taken = {part.barrel.n for part in report.attributes.parts if part.barrel is not None}
     surveyed = {part.id: part for part in report.arena.parts}
+    displaced = _displaced_marks(report)
+    taken |= {mark.n for mark in displaced if mark.n is not None}
     loose = [
         Mark(State.UNASSIGNED, f"#{arc.n}", arc.x_m, arc.y_m, arc.facing, arc.drawn, arc.n)
         for arc in sorted(report.detections, key=lambda arc: (arc.confidence, -arc.n))
@@ -69,7 +76,25 @@ def marks(report: Report) -> tuple[Mark, ...]:
         _part_mark(part, states[part.id], surveyed[part.id], report.assignment.transform)
         for part in report.attributes.parts
     ]
-    return (*loose, *(mark for mark in placed if mark is not None))
+    return (*loose, *(mark for mark in placed if mark is not None), *displaced)
+
+
+def _displaced_marks(report: Report) -> list[Mark]:
+    """The arcs of displaced pieces, named after the parts that they fit, with where the second move takes them."""
+    move = report.assignment.transform
+    if move is None:
+        return []
+    found = []
+    for piece in report.assignment.displaced:
+        for name, j in zip(piece.parts, piece.barrels, strict=True):
+            arc = report.detections[j]
+            seen = np.array([[arc.x_m, arc.y_m]])
+            placed = apply(move, seen)
+            home = apply(piece.home, placed)
+            x, y = (float(v) for v in apply_inverse(move, home)[0])
+            away = float(np.linalg.norm(home - placed))
+            found.append(Mark(State.DISPLACED, name, arc.x_m, arc.y_m, arc.facing, arc.drawn, arc.n, (x, y), away))
+    return found
 
 
 def _part_mark(part: PartResult, state: State, surveyed: FiducialPart, transform: Transform | None) -> Mark | None:

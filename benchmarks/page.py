@@ -14,10 +14,10 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "benchmarks.md"
 HEAD = """# Benchmarks
 
 Each section is written by its own command: `./run bench real` (scores on real maps), `./run bench detect` (barrel parts
-found), `./run bench sharpness` (resolution quality), `./run bench register` (registrations), `./run bench formats`
-(readers), `./run bench evening` (speed), and so on. Real maps are not part of the project: the benchmarks read them
-from the folder that `FIDMAP_REAL_DATA` names, and what was tuned on is said beside each figure. Times are of whatever
-machine ran last, so compare ratios, not seconds.
+found), `./run bench sharpness` (resolution quality), `./run bench register` (registrations), `./run bench uncertainty`
+(intervals), `./run bench formats` (readers), `./run bench evening` (speed), and so on. Real maps are not part of the
+project: the benchmarks read them from the folder that `FIDMAP_REAL_DATA` names, and what was tuned on is said beside
+each figure. Times are of whatever machine ran last, so compare ratios, not seconds.
 """
 
 

@@ -24,8 +24,9 @@ ALLOWED: dict[str, set[str]] = {
     "detect": {"model", "geometry", "grid"},
     "register": {"model", "geometry", "scoring"},
     "attributes": {"model", "geometry", "scoring"},
+    "uncertainty": {"model", "geometry", "scoring"},
     "synth": {"model", "geometry", "grid"},
-    "evaluate": {"model", "grid", "detect", "register", "attributes", "version"},
+    "evaluate": {"model", "grid", "detect", "register", "attributes", "uncertainty", "version"},
     "ranking": {"model"},
     "text_file": {"model"},
     "yaml_file": {"model", "text_file"},
@@ -40,7 +41,10 @@ ALLOWED: dict[str, set[str]] = {
     "human": {"model", "ranking"} | FILE_HELPERS,
     "schemas": {"arena", "profiles", "points"},
 }
-CORE = {"version", "model", "geometry", "grid", "scoring", "detect", "register", "attributes", "evaluate", "ranking"}
+CORE = {
+    "version", "model", "geometry", "grid", "scoring", "detect", "register", "attributes", "uncertainty", "evaluate",
+    "ranking",
+}  # fmt: skip
 LIBRARY = {*ALLOWED, "evaluate", "ranking"}
 ALLOWED["report"] = LIBRARY - {"detect", "register", "attributes", "synth", "evaluate", "schemas"}
 ALLOWED["inspect"] = LIBRARY - {"synth", "schemas", "human", "ranking"}

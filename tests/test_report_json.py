@@ -45,7 +45,7 @@ def test_keys_come_in_the_promised_order() -> None:
         "coverage", "global_accuracy", "relative_accuracy", "consistency", "resolution_quality", "overall",
     ]  # fmt: skip
     assert list(found["parts"][0])[:6] == ["id", "assigned", "x_m", "y_m", "sigma_m", "relative_error_m"]
-    assert list(found["groups"][0]) == ["id", "class", "distance_m", "expected_m", "error_m", "loss"]
+    assert list(found["groups"][0]) == ["id", "class", "distance_m", "expected_m", "error_m", "loss", "parts"]
     assert list(found["registration"])[:5] == ["rotation_deg", "translation_m", "scale", "mirrored", "value"]
     assert list(found["detections"][0]) == [
         "n", "x_m", "y_m", "facing_deg", "drawn_deg", "sigma_m", "confidence", "part",

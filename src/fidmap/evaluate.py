@@ -9,6 +9,8 @@ from fidmap.detect import find_barrel_parts, with_spreads
 from fidmap.grid import trinarize
 from fidmap.model import CONTINUOUS, Arena, BarrelPart, Grid, Report, Settings, Source, StartPose
 from fidmap.register import register
+from fidmap.uncertainty import with_intervals
+from fidmap.uncertainty.scale import scale_finding
 from fidmap.version import __version__
 
 # arcs less sure than this would crowd the picture; a referee can still add them by hand
@@ -59,6 +61,6 @@ def _report(
     """Register, score and collect."""
     parts = tuple(parts)
     assignment = register(parts, arena, settings, start, fast)
-    scores = attributes(parts, arena, assignment, settings)
-    findings = (*source.findings, *assignment.findings)
+    scores = with_intervals(attributes(parts, arena, assignment, settings), arena, assignment, settings)
+    findings = (*source.findings, *assignment.findings, *scale_finding(scores, arena, assignment, settings))
     return Report(source, arena, settings, parts, assignment, scores, findings, __version__, start)

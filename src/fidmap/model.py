@@ -352,11 +352,29 @@ class Assignment:
 
 
 @dataclass(frozen=True)
+class Span:
+    """Bounds of a 95 % interval of a score, both in [0, 1], or both None with the reason."""
+
+    low: float | None = None
+    high: float | None = None
+    reason: str | None = None
+
+
+@dataclass(frozen=True)
+class Interval:
+    """How sure a score is: about this map in this arena, and about this mapper in arenas of this kind."""
+
+    measurement: Span
+    population: Span
+
+
+@dataclass(frozen=True)
 class Value:
     """A score in [0, 1], or None with the reason why it cannot be computed: never 0, never NaN."""
 
     value: float | None
     reason: str | None = None
+    interval: Interval | None = None
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -44,10 +45,25 @@ class Rank:
 
 @dataclass(frozen=True)
 class Correlation:
-    """A rank correlation in [-1, 1] and the share of permutations at least as strong (two-sided)."""
+    """A rank correlation in [-1, 1], its 95 % interval, and the share of permutations as strong (two-sided)."""
 
     value: Value
     p_value: Value
+    interval: tuple[float, float] | None = None
+
+
+def fisher_interval(value: float, n: int, kind: Literal["spearman", "kendall"]) -> tuple[float, float] | None:
+    """The 95 % interval of a rank correlation of n maps, None below five.
+
+    tanh(atanh r -+ 1.96 c), c^2 = (1 + r^2/2) / (n - 3) for rho and 0.437 / (n - 4) for tau (Bonett, Wright 2000,
+    'Sample size requirements for estimating Pearson, Kendall and Spearman correlations').
+    """
+    if n < 5:
+        return None
+    inside = min(1 - 1e-12, max(-1 + 1e-12, value))
+    variance = (1 + inside**2 / 2) / (n - 3) if kind == "spearman" else 0.437 / (n - 4)
+    reach = 1.959964 * math.sqrt(variance)
+    return math.tanh(math.atanh(inside) - reach), math.tanh(math.atanh(inside) + reach)
 
 
 @dataclass(frozen=True)
@@ -137,19 +153,19 @@ def _permutations(n: int, seed: int) -> Orders:
     return generator.permuted(np.tile(np.arange(n, dtype=np.intp), (DRAWS, 1)), axis=1)
 
 
-def _correlation(value: float, permuted: FloatArray, n: int) -> Correlation:
+def _correlation(value: float, permuted: FloatArray, n: int, kind: Literal["spearman", "kendall"]) -> Correlation:
     """Put a value beside the values (M,) of its permutations."""
     as_strong = int(np.count_nonzero(np.abs(permuted) >= abs(value) - _SLACK))
     exact = n <= EXACT_UP_TO
     p_value = as_strong / len(permuted) if exact else (as_strong + 1) / (len(permuted) + 1)
-    return Correlation(Value(min(1.0, max(-1.0, value))), Value(p_value))
+    return Correlation(Value(min(1.0, max(-1.0, value))), Value(p_value), fisher_interval(value, n, kind))
 
 
 def _spearman(x: FloatArray, y: FloatArray, order: Orders) -> Correlation:
     """Pearson's correlation of average ranks, which is Spearman's rho with ties."""
     x, y = x - x.mean(), y - y.mean()
     norm = math.sqrt(float(x @ x) * float(y @ y))
-    return _correlation(float(x @ y) / norm, y[order] @ x / norm, len(x))
+    return _correlation(float(x @ y) / norm, y[order] @ x / norm, len(x), "spearman")
 
 
 def _kendall(x: FloatArray, y: FloatArray, order: Orders) -> Correlation:
@@ -159,7 +175,7 @@ def _kendall(x: FloatArray, y: FloatArray, order: Orders) -> Correlation:
     value = float((sign_x * sign_y).sum()) / norm
     batches = np.array_split(order, max(1, order.size * len(x) // 1_000_000))
     permuted = [np.tensordot(sign_y[one[:, :, None], one[:, None, :]], sign_x, 2) for one in batches]
-    return _correlation(value, np.concatenate(permuted) / norm, len(x))
+    return _correlation(value, np.concatenate(permuted) / norm, len(x), "kendall")
 
 
 def _large(x: FloatArray, y: FloatArray) -> Agreement:
@@ -167,5 +183,11 @@ def _large(x: FloatArray, y: FloatArray) -> Agreement:
     from scipy.stats import kendalltau, spearmanr
 
     rho, tau = (scipy(x, y) for scipy in (spearmanr, kendalltau))
-    spearman, kendall = (Correlation(Value(float(r.statistic)), Value(float(r.pvalue))) for r in (rho, tau))
+    kinds: tuple[Literal["spearman", "kendall"], ...] = ("spearman", "kendall")
+    spearman, kendall = (
+        Correlation(
+            Value(float(r.statistic)), Value(float(r.pvalue)), fisher_interval(float(r.statistic), len(x), kind)
+        )
+        for r, kind in zip((rho, tau), kinds, strict=True)
+    )
     return Agreement(len(x), spearman, kendall)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -29,22 +30,28 @@ def rank(
     tie_within: Annotated[
         float, typer.Option("--tie-within", min=0, help="Scores at most so many points apart share a rank.")
     ] = 0.5,
+    picture: Annotated[
+        Path | None,
+        typer.Option("--picture", metavar="FILE", help="With --human: ranks against ranks, as .svg or .png."),
+    ] = None,
 ) -> None:
     """Rank scored maps, with ties, and compare the ranks with a human judge's."""
     if not tie_within >= 0:
         raise usage(f"--tie-within {tie_within}: expected a number of percent points, 0 or more")
+    if picture is not None and (human is None or picture.suffix.lower() not in {".svg", ".png"}):
+        raise usage(f"--picture {picture}: expected a name that ends in .svg or .png, together with --human")
 
     from rich.console import Console
 
     from fidmap.human import read_human
     from fidmap.report.comparison import print_ranking
 
-    figures = _figures(reports)
+    figures, documents = _figures(reports)
     ours = {name: column.ranks(tie_within) for name, column in figures.columns.items()}
     percents = {name: column.percents for name, column in figures.columns.items()}
     console = Console()
     if human is None:
-        print_ranking(console, figures.maps, ours, percents)
+        print_ranking(console, figures.maps, ours, percents, doubts=_doubts(documents, ours, percents))
         return
     judged = read_human(human)
     places = [judged.maps.index(name) if name in judged.maps else None for name in figures.maps]
@@ -55,17 +62,48 @@ def rank(
         if name in ours
     }
     print_ranking(console, figures.maps, ours, percents, theirs)
-    _print_agreement(console, ours, theirs)
+    _tell_agreement(console, figures.maps, ours, theirs, picture)
 
 
-def _print_agreement(
-    console: Console, ours: Mapping[str, Sequence[Rank | None]], theirs: Mapping[str, Sequence[Rank | None]]
+def _tell_agreement(
+    console: Console,
+    maps: Sequence[str],
+    ours: Mapping[str, Sequence[Rank | None]],
+    theirs: Mapping[str, Sequence[Rank | None]],
+    picture: Path | None,
 ) -> None:
-    """Rank correlations per attribute that both have."""
+    """Rank correlations per attribute that both have, and their picture."""
     from fidmap.ranking import agreement
     from fidmap.report.comparison import print_agreement
+    from fidmap.report.human_picture import write_ranks
 
-    print_agreement(console, {name: agreement(ours[name], theirs[name]) for name in theirs})
+    found = {name: agreement(ours[name], theirs[name]) for name in theirs}
+    print_agreement(console, found)
+    if picture is not None:
+        write_ranks(picture, maps, ours, theirs, found)
+
+
+def _doubts(
+    documents: Mapping[str, Document],
+    ours: Mapping[str, Sequence[Rank | None]],
+    percents: Mapping[str, Sequence[float | None]],
+) -> dict[int, float | None]:
+    """Per map the probability that it is better overall than the next one in the table; none for printed figures."""
+    from fidmap.report.comparison import best_first
+    from fidmap.report.losses import losses_of, sizes_warning
+    from fidmap.uncertainty.compare import probability_better
+
+    if not documents or "overall" not in ours:
+        return {}
+    if warning := sizes_warning(documents):
+        complain(f"warning: {warning}")
+    losses = [losses_of(document) for document in documents.values()]
+    found: dict[int, float | None] = {}
+    for k, below in pairwise(best_first(ours, percents, len(losses))):
+        one, other = losses[k], losses[below]
+        told = one is not None and other is not None and ours["overall"][below] is not None
+        found[k] = probability_better(one, other) if told and one and other else None
+    return found
 
 
 def _tell_unmatched(ours: Sequence[str], theirs: Sequence[str]) -> None:
@@ -78,15 +116,18 @@ def _tell_unmatched(ours: Sequence[str], theirs: Sequence[str]) -> None:
             complain(f"note: {side}: {', '.join(sorted(names))}")
 
 
-def _figures(paths: Sequence[Path]) -> HumanRanking:
-    """The percentages to rank: of a CSV of printed figures, or of reports."""
+def _figures(paths: Sequence[Path]) -> tuple[HumanRanking, dict[str, Document]]:
+    """The percentages to rank, of a CSV of printed figures or of reports, and the reports by name."""
     from fidmap.human import read_human
     from fidmap.model import ReportFileError
 
     tables = [path for path in paths if path.suffix.lower() == ".csv"]
     if tables and len(paths) > 1:
         raise ReportFileError(f"{tables[0]}: a CSV of figures is ranked alone; give it by itself, or only reports")
-    return read_human(tables[0]) if tables else _of_reports(_documents(paths))
+    if tables:
+        return read_human(tables[0]), {}
+    documents = _documents(paths)
+    return _of_reports(documents), documents
 
 
 def _documents(paths: Sequence[Path]) -> dict[str, Document]:

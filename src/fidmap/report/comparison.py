@@ -12,6 +12,7 @@ from rich.text import Text
 from fidmap.model import Value
 from fidmap.ranking import Agreement, Rank
 from fidmap.report.wording import attribute_title, clean
+from fidmap.uncertainty.compare import SURE
 
 Ranks = Sequence[Rank | None]
 
@@ -22,6 +23,7 @@ def print_ranking(
     ours: Mapping[str, Ranks],
     figures: Mapping[str, Sequence[float | None]],
     theirs: Mapping[str, Ranks] | None = None,
+    doubts: Mapping[int, float | None] | None = None,
 ) -> None:
     """Print one line per map, best overall first.
 
@@ -31,27 +33,43 @@ def print_ranking(
         ours: per attribute the metric's ranks.
         figures: per attribute the percentages behind them; shown where there is no judge.
         theirs: per attribute the judge's ranks; shown after a slash, as in the paper's Table III.
+        doubts: per map the probability that it is truly better overall than the next in the table.
     """
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
     table.add_column("Map", overflow="fold", min_width=12)
     for name in ours:
         judged = "\n/ human" if theirs is not None and name in theirs else ""
         table.add_column(attribute_title(name).replace(" ", "\n") + judged, justify="right", no_wrap=True)
-    for k in _best_first(ours, len(maps)):
+    if doubts:
+        table.add_column("Better\nthan next", justify="right", no_wrap=True)
+    for k in best_first(ours, figures, len(maps)):
         cells = [
             _with_percent(ours[name][k], figures.get(name, ()), k)
             if theirs is None
             else _with_judge(ours[name][k], theirs.get(name), k)
             for name in ours
         ]
-        table.add_row(Text(clean(maps[k])), *cells)
+        table.add_row(Text(clean(maps[k])), *cells, *([_doubt(doubts.get(k))] if doubts else []))
     console.print(table)
+    if doubts and any(p is not None and p < SURE for p in doubts.values()):
+        console.print(Text(f"~ a tie: this mapper is truly better than the next with less than {100 * SURE:.0f} %"))
 
 
-def _best_first(ours: Mapping[str, Ranks], count: int) -> list[int]:
-    """Indices of the maps by their overall rank (or the first column's); those without one last."""
-    leading = ours.get("overall") or next(iter(ours.values()), (None,) * count)
-    return sorted(range(count), key=lambda k: count + 1 if (rank := leading[k]) is None else rank.middle)
+def best_first(ours: Mapping[str, Ranks], figures: Mapping[str, Sequence[float | None]], count: int) -> list[int]:
+    """Indices of the maps by their overall rank (or the first column's), then by its figure; those without one last."""
+    name = "overall" if "overall" in ours else next(iter(ours), "")
+    leading = ours.get(name, (None,) * count)
+    values = figures.get(name) or (None,) * count
+    return sorted(
+        range(count), key=lambda k: (count + 1 if (r := leading[k]) is None else r.middle, -(values[k] or 0.0))
+    )
+
+
+def _doubt(probability: float | None) -> str:
+    """`97 %`, or `~ 71 %` where that is no more than a tie."""
+    if probability is None:
+        return "-"
+    return f"{'~ ' * (probability < SURE)}{min(99.9, 100 * probability):.{0 if probability < 0.995 else 1}f} %"
 
 
 def _with_percent(rank: Rank | None, figures: Sequence[float | None], k: int) -> str:
@@ -68,11 +86,15 @@ def _with_judge(rank: Rank | None, judged: Ranks | None, k: int) -> str:
 def print_agreement(console: Console, agreements: Mapping[str, Agreement]) -> None:
     """Print how far metric and judge agree, per attribute, with n and a permutation p-value."""
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
-    for column in ("Metric against human", "n", "Spearman", "p", "Kendall tau-b", "p"):
+    for column in ("Metric against\nhuman", "n", "Spearman (95 %)", "p", "Kendall tau-b (95 %)", "p"):
         table.add_column(column, justify="right" if table.columns else "left", no_wrap=True)
     for name, found in agreements.items():
-        cells = [found.spearman.value, found.spearman.p_value, found.kendall.value, found.kendall.p_value]
-        table.add_row(attribute_title(name), str(found.n), *(_number(value) for value in cells))
+        cells = [
+            cell
+            for one in (found.spearman, found.kendall)
+            for cell in (_number(one.value) + _interval(one.interval), _number(one.p_value))
+        ]
+        table.add_row(attribute_title(name), str(found.n), *cells)
     console.print()
     console.print(table)
     reasons = {attribute_title(name): found.spearman.value.reason for name, found in agreements.items()}
@@ -84,3 +106,7 @@ def print_agreement(console: Console, agreements: Mapping[str, Agreement]) -> No
 
 def _number(value: Value) -> str:
     return "-" if value.value is None else f"{value.value:.3f}"
+
+
+def _interval(bounds: tuple[float, float] | None) -> str:
+    return "" if bounds is None else f" ({bounds[0]:.2f} to {bounds[1]:.2f})"

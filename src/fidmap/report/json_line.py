@@ -18,6 +18,7 @@ from fidmap.model import (
     BarrelPart,
     Finding,
     GroupResult,
+    Interval,
     PairResult,
     PartResult,
     Report,
@@ -25,6 +26,7 @@ from fidmap.model import (
     Value,
 )
 from fidmap.report.states import State, part_states
+from fidmap.scoring import clipped_loss
 
 Document = dict[str, Any]
 
@@ -99,7 +101,16 @@ def _value(value: Value | None) -> Document:
         return {"value": None, "reason": "this version does not compute it"}
     if value.value is None:
         return {"value": None, "reason": value.reason or "not computable"}
-    return {"value": value.value}
+    return {"value": value.value} if value.interval is None else {"value": value.value, **_interval(value.interval)}
+
+
+def _interval(interval: Interval) -> Document:
+    """Both intervals, measurement first; bounds that are not known with their reason."""
+    found: Document = {}
+    for prefix, span in (("", interval.measurement), ("population_", interval.population)):
+        for key, bound in (("low", span.low), ("high", span.high)):
+            found |= _or_reason(prefix + key, bound, span.reason or "not computable")
+    return found
 
 
 def _attributes(report: Report) -> Document:
@@ -144,14 +155,26 @@ def _part(part: PartResult, state: State, report: Report) -> Document:
         **_or_reason("global_error_m", part.global_error_m, reasons["global_accuracy"]),
         "state": state.value,
         "n": part.barrel.n,
+        **_losses(part, report),
     }
+
+
+def _losses(part: PartResult, report: Report) -> Document:
+    """What a part's errors cost, in [0, 1]: with them reports are compared later."""
+    found = {}
+    for name, error in (("relative", part.relative_error_m), ("global", part.global_error_m)):
+        if error is not None:
+            radius, settings = report.arena.radius_m, report.settings
+            d_max = settings.d_max(f"{name}_accuracy", radius)
+            found[f"{name}_loss"] = float(clipped_loss(np.array(error), settings.rounding, radius, d_max))
+    return found
 
 
 def _group(group: GroupResult) -> Document:
     """A group of two parts carries its one distance itself; larger ones list their pairs."""
     head = {"id": group.id, "class": group.group_class}
     if len(group.pairs) == 1:
-        return {**head, **_pair(group.pairs[0])}
+        return {**head, **_pair(group.pairs[0]), "parts": list(group.pairs[0].parts)}
     loss = _or_reason("loss", group.loss, "no part was assigned")
     pairs = [{"parts": list(pair.parts), **_pair(pair)} for pair in group.pairs]
     return {**head, **loss, "pairs": pairs}

@@ -20,6 +20,7 @@ from fidmap.report.states import State
 from fidmap.report.wording import (
     ATTRIBUTE_MEANINGS,
     attribute_title,
+    bounds,
     clean,
     degrees,
     metres,
@@ -109,8 +110,15 @@ def _attribute_rows(document: Document) -> list[Document]:
 
 
 def _attribute_row(title: str, entry: Document, meaning: str, kind: str) -> Document:
-    value = entry["value"]
-    return {"title": title, "value": value, "reason": entry.get("reason"), "meaning": meaning, "kind": kind}
+    intervals = {
+        name: {
+            "text": bounds(entry.get(f"{prefix}low"), entry.get(f"{prefix}high")),
+            "reason": entry.get(f"{prefix}low_reason"),
+        }
+        for name, prefix in (("measurement", ""), ("population", "population_"))
+    }
+    said = {"title": title, "meaning": meaning, "kind": kind}
+    return {**said, "value": entry["value"], "reason": entry.get("reason"), **intervals}
 
 
 def _pair_rows(groups: Sequence[Document]) -> Iterator[Document]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from fidmap.ranking import TIE_WITHIN, ranks
 from fidmap.report.json_line import Document
-from fidmap.report.wording import clean
+from fidmap.report.wording import bounds, clean
 
 COLUMNS = ("coverage", "relative_accuracy", "consistency")
 LEVELS = ("error", "warning", "note")
@@ -37,6 +37,11 @@ class Row:
         """An attribute as a fraction, None where it is not computable."""
         value = self.document["attributes"].get(attribute, {}).get("value")
         return None if value is None else float(value)
+
+    def interval(self, attribute: str) -> str:
+        """The measurement interval of an attribute in words, empty where there is none."""
+        entry = self.document["attributes"].get(attribute, {})
+        return bounds(entry.get("low"), entry.get("high"))
 
     def reason(self, attribute: str) -> str:
         """Why an attribute is not computable."""

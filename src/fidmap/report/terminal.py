@@ -72,7 +72,9 @@ def _table(rows: Sequence[Row], longest_name: int) -> Table:
 
 
 def _score(row: Row, attribute: str) -> Text:
-    return Text(percent(row.score(attribute)), style="bold" if attribute == "overall" else "")
+    if attribute != "overall":
+        return Text(percent(row.score(attribute)))
+    return Text.assemble((percent(row.score(attribute)), "bold"), f" {row.interval(attribute)}".rstrip())
 
 
 def _who(names: Sequence[str], rows: Sequence[Row]) -> str:

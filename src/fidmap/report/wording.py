@@ -42,6 +42,14 @@ def percent(fraction: float | None) -> str:
     return "–" if fraction is None else f"{100 * fraction:.1f} %"
 
 
+def bounds(low: float | None, high: float | None) -> str:
+    """An interval for people, `(76 to 86)`, after its score's percent; tenths where it is narrower than 5 points."""
+    if low is None or high is None:
+        return ""
+    digits = 0 if high - low >= 0.05 else 1
+    return f"({100 * low:.{digits}f} to {100 * high:.{digits}f})"
+
+
 def metres(value: float | None, digits: int = 3) -> str:
     """A length with its unit; a millimetre is below what any map resolves."""
     return "–" if value is None else f"{_no_minus_zero(value, digits)} m"

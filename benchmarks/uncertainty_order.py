@@ -65,8 +65,8 @@ def order_section(seed: int, pairs: int) -> str:
     head = ("N", "all", *(f"stated {100 * low:.0f} to {100 * min(1, high):.0f}" for low, high in _bins()))
     return (
         "### The probability that one mapper is better: stated, right (number of pairs)\n\n"
-        f"Both in one arena, survey 2 cm, centres 4 cm; errors and misses {QUALITIES[0]:g} to {QUALITIES[1]:g} times the "
-        f"usual mapper's, drawn on a logarithmic scale, {pairs} pairs per line.\n\n" + table(head, lines)
+        f"Both in one arena, survey 2 cm, centres 4 cm; errors and misses {QUALITIES[0]:g} to {QUALITIES[1]:g} times "
+        f"the usual mapper's, drawn on a logarithmic scale, {pairs} pairs per line.\n\n" + table(head, lines)
     )
 
 

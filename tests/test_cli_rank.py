@@ -139,10 +139,10 @@ def test_the_picture_of_ranks(here: Path) -> None:
 
 
 def test_the_doubt_of_the_order(here: Path) -> None:
-    """A map that is far better is surely so; a map beside its own copy is a tie; old reports say nothing."""
+    """A map that is far better is likely so (its fiducials are few); a copy is a tie; old reports say nothing."""
     fidmap("score", "broken.yaml", "good.yaml", *ONE, "--out", "out")
     text = fidmap("rank", "out").stdout
-    assert float(cells(text, "good")[-1].split()[-2]) > 95
+    assert 90 < float(cells(text, "good")[-1].split()[-2]) < 99
     shutil.copytree(here / "out/good", here / "out/twin")
     twins = fidmap("rank", "out").stdout
     assert cells(twins, "good")[-1] == "~ 50 %"

@@ -76,7 +76,7 @@ class Correct(nn.Module):
 
     def __init__(self, even: Tensor, odd: Tensor) -> None:
         super().__init__()
-        x, (a, b) = torch.cat([even, odd], 1), CORRECT_WIDTHS
+        x, (a, b), self.drop = torch.cat([even, odd], 1), CORRECT_WIDTHS, nn.Dropout(0.1)
         mean = x.mean(0)
         mean[even.shape[1] :] = 0
         self.register_buffer("mean", mean)
@@ -89,8 +89,8 @@ class Correct(nn.Module):
         return torch.stack([one[:, 0] + other[:, 0], one[:, 1] - other[:, 1], one[:, 2] + other[:, 2]], 1) / 2
 
     def _one(self, x: Tensor) -> Tensor:
-        z = (x - self.mean) / self.scale
-        return self.out(torch.tanh(self.b(torch.tanh(self.a(z)))))
+        z = ((x - self.mean) / self.scale).clamp(-network.USUAL, network.USUAL)
+        return self.out(torch.tanh(self.b(torch.tanh(self.a(self.drop(z))))))
 
 
 def train(net: nn.Module, loss, choose, epochs: int, decay: float, rate: float = 4e-3) -> nn.Module:  # type: ignore[no-untyped-def]

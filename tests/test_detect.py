@@ -10,7 +10,8 @@ import numpy.typing as npt
 import pytest
 
 from fidmap.detect import find_barrel_parts
-from fidmap.detect.measure import BandCells, drawn_angles
+from fidmap.detect.cells import BandCells
+from fidmap.detect.measure import drawn_angles
 from fidmap.geometry import angle_between
 from fidmap.grid import cells_to_metres
 from fidmap.model import BarrelPart, Label, Pose2, SettingsError, TrinaryGrid
@@ -278,8 +279,7 @@ def test_turning_or_mirroring_the_map_does_the_same_to_its_parts(angle: float) -
 def drawn_cells(*angles: float, radius: float = 6.0, away: float = 0.0, reach: float = math.pi / 2) -> float:
     """The drawn angle, in cells, of cells at these angles (in cells too) about the facing 0."""
     turn = np.array(angles) / radius
-    points = (radius + away) * np.stack([np.sin(turn), np.cos(turn)], axis=1)
-    cells = BandCells(points[None], np.ones((1, len(angles)), bool))
+    cells = BandCells((radius + away) * np.sin(turn), (radius + away) * np.cos(turn), np.array([len(angles)]))
     return float(drawn_angles(cells, np.zeros((1, 2)), np.zeros(1), np.array([reach]), radius)[0]) * radius
 
 

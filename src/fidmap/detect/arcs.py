@@ -22,7 +22,7 @@ from fidmap.model import FloatArray
 HALF = np.pi / 2
 LEAST_SPOTTED = 0.02
 LEAST_JUDGED = 0.01
-ROUNDS = 2
+PLAIN = 0.9  # who is as sure as this needs no second look
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,11 @@ class Arcs:
         """The hypotheses of these indices."""
         return Arcs(self.centres[index], self.facings[index], self.sure[index], self.reach[index])
 
+    def beside(self, other: Arcs) -> Arcs:
+        """These and the others."""
+        both = (self.centres, other.centres), (self.facings, other.facings), (self.sure, other.sure)
+        return Arcs(*map(np.concatenate, (*both, (self.reach, other.reach))))
+
     def moved(self, radius: float, along: FloatArray, across: FloatArray, turn: FloatArray, sure: FloatArray) -> Arcs:
         """Moved by so many radii along the facing and across it (counter-clockwise), and turned."""
         s, c = np.sin(self.facings), np.cos(self.facings)
@@ -55,13 +60,18 @@ def difference(a: FloatArray, b: FloatArray) -> FloatArray:
 
 def hypotheses(windower: Windower, candidates: FloatArray) -> Arcs:
     """Half circles around candidate centres (N, 2), moved and turned to where they fit, most probable first."""
-    arcs = spotted(windower, candidates)
-    for _ in range(ROUNDS):
-        seen = judge(windower.cut(arcs.centres, arcs.facings, JUDGE_ANGLES, JUDGE_STEPS), windower.radius)
-        sure = probability(seen[:, 0])
-        arcs = arcs.moved(windower.radius, seen[:, 1], seen[:, 2], seen[:, 3], sure)
-        arcs = replace(arcs, reach=np.where(seen[:, 4] > 0, np.pi, HALF)).take(sure > LEAST_JUDGED)
+    arcs = judged(windower, spotted(windower, candidates))
+    arcs = arcs.take(arcs.sure > LEAST_JUDGED)
+    again = (arcs.sure < PLAIN).nonzero()[0]
+    arcs = arcs.take((arcs.sure >= PLAIN).nonzero()[0]).beside(judged(windower, arcs.take(again)))
     return arcs.take(np.argsort(-arcs.sure, kind="stable"))
+
+
+def judged(windower: Windower, arcs: Arcs) -> Arcs:
+    """One look at each half circle: how sure it is, where it fits, and whether it is a piece of a whole one."""
+    seen = judge(windower.cut(arcs.centres, arcs.facings, JUDGE_ANGLES, JUDGE_STEPS), windower.radius)
+    arcs = arcs.moved(windower.radius, seen[:, 1], seen[:, 2], seen[:, 3], probability(seen[:, 0]))
+    return replace(arcs, reach=np.where(seen[:, 4] > 0, np.pi, HALF))
 
 
 def spotted(windower: Windower, candidates: FloatArray, least: float = LEAST_SPOTTED) -> Arcs:
@@ -93,15 +103,23 @@ def suppress(arcs: Arcs, radius: float) -> npt.NDArray[np.intp]:
     Two barrels cannot stand closer than a radius with like facings; around one centre only opposite halves fit, and
     nothing fits beside a whole barrel.
     """
-    centres, facings, reach = arcs.centres, arcs.facings, arcs.reach
-    kept: list[int] = []
-    for k in range(len(facings)):
-        away = np.hypot(*(centres[kept] - centres[k]).T)
-        turned = np.abs(difference(facings[kept], facings[k]))
-        whole = np.maximum(reach[kept], reach[k]) > HALF
-        same = ((away < radius) & (turned < np.radians(75))) | (
-            (away < 0.5 * radius) & ((turned < np.radians(130)) | whole)
-        )
-        if not same.any():
-            kept.append(k)
-    return np.array(kept, np.intp)
+    first, second = _close(arcs.centres, radius)
+    away = np.hypot(*(arcs.centres[first] - arcs.centres[second]).T)
+    turned = np.abs(difference(arcs.facings[first], arcs.facings[second]))
+    whole = np.maximum(arcs.reach[first], arcs.reach[second]) > HALF
+    same = (away < radius) & (turned < np.radians(75))
+    same |= (away < 0.5 * radius) & ((turned < np.radians(130)) | whole)
+    kept = np.ones(len(arcs.sure), bool)
+    for earlier, later in sorted(zip(first[same].tolist(), second[same].tolist(), strict=True)):
+        kept[later] &= not kept[earlier]
+    return np.flatnonzero(kept)
+
+
+def _close(centres: FloatArray, radius: float) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """All pairs of indices, the lesser first, whose rows are less than a radius apart."""
+    order = np.argsort(centres[:, 0], kind="stable")
+    rows = centres[order, 0]
+    after = np.searchsorted(rows, rows + radius) - np.arange(len(rows)) - 1
+    first = np.repeat(np.arange(len(rows)), after)
+    second = first + 1 + np.arange(len(first)) - np.repeat(np.cumsum(after) - after, after)
+    return np.minimum(order[first], order[second]), np.maximum(order[first], order[second])

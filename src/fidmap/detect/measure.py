@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from fidmap.detect.arcs import HALF, Arcs, difference
-from fidmap.detect.fits import BandCells, band_cells, estimates
+from fidmap.detect.cells import BandCells
+from fidmap.detect.fits import estimates
 from fidmap.detect.network import correct
 from fidmap.model import FloatArray
 
@@ -28,36 +29,48 @@ class Measured:
     sigma_m: FloatArray
 
 
+@dataclass(frozen=True)
+class Gaps:
+    """From each of N cells near its circle to the next one around it: angle of the cell, gap, ring, whether it is last.
+
+    The next one after a ring's last cell is its first.
+    """
+
+    angle: FloatArray
+    gap: FloatArray
+    ring: npt.NDArray[np.intp]
+    last: npt.NDArray[np.bool_]
+
+
 def measure(labels: Labels, arcs: Arcs, radius: float, resolution_m: float) -> Measured:
     """Measure arcs (K) that are known roughly; radius in cells.
 
     The centre is that of a fit at the fixed radius, corrected by a network that compares it with other fits of the
-    same cells and with what the map's other arcs show: mappers draw walls thicker or thinner than they are.
+    same cells and with what the map's other arcs show: mappers draw walls thicker or thinner than they are. What is
+    drawn is counted on the fitted circle, which lies on the cells where the corrected one need not.
     """
     seen = estimates(labels, arcs, radius, resolution_m)
     along, across, log_sigma = correct(seen.even, seen.odd).T
     s, c = np.sin(arcs.facings), np.cos(arcs.facings)
     centres = seen.centres + np.stack([along * s + across * c, along * c - across * s], axis=1)
-    cells = band_cells(labels, centres, radius, 1.0)
-    facings = np.where(arcs.reach > HALF, middles(cells, centres, arcs.facings, radius), arcs.facings)
+    facings = middles(seen.cells, seen.centres, arcs.facings, arcs.reach > HALF, radius)
     return Measured(
         centres=centres,
         facings=facings,
-        drawn=drawn_angles(cells, centres, facings, arcs.reach, radius),
+        drawn=drawn_angles(seen.cells, seen.centres, facings, arcs.reach, radius),
         sigma_m=np.exp(log_sigma) * resolution_m,
     )
 
 
-def middles(cells: BandCells, centres: FloatArray, facings: FloatArray, radius: float) -> FloatArray:
-    """The middle (K,) of what is drawn of each circle: opposite to its widest gap; the facing where nothing is."""
-    r, angle = cells.polar(centres)
-    near = cells.valid & (np.abs(r - radius) <= 1.0)
+def middles(
+    cells: BandCells, centres: FloatArray, facings: FloatArray, whole: npt.NDArray[np.bool_], radius: float
+) -> FloatArray:
+    """The middle (K,) of what is drawn of whole circles: opposite to the widest gap; of others, the facing."""
+    gaps = _gaps(cells.take(cells.each(whole)), centres, facings, np.full(len(centres), np.pi), radius)
+    order = np.lexsort((gaps.gap, gaps.ring))
+    widest = order[np.diff(gaps.ring[order], append=-1) != 0]
     found = facings.copy()
-    for k in np.flatnonzero(near.any(axis=1)):
-        drawn = np.sort(angle[k, near[k]])
-        gaps = np.diff(np.append(drawn, drawn[0] + 2 * np.pi))
-        widest = int(np.argmax(gaps))
-        found[k] = drawn[widest] + gaps[widest] / 2 + np.pi
+    found[gaps.ring[widest]] += gaps.angle[widest] + gaps.gap[widest] / 2 + np.pi
     return found
 
 
@@ -68,18 +81,25 @@ def drawn_angles(
 
     A cell covers cell/R; gaps up to 1.5 cells are closed; no fixed bins.
     """
-    r, angle = cells.polar(centres)
-    relative = difference(angle, facings[:, None])
-    near = cells.valid & (np.abs(r - radius) <= 1.0) & (np.abs(relative) <= reach[:, None])
-    return np.array([_union(np.sort(a[n]), 1 / radius, w) for a, n, w in zip(relative, near, reach, strict=True)])
+    side, whole = 1 / radius, reach >= np.pi
+    gaps = _gaps(cells, centres, facings, reach, radius)
+    # around a whole circle all gaps count, on a half the one behind it is where the arc ends
+    end = gaps.last & ~whole[gaps.ring]
+    covered = np.where(end, side, np.where(gaps.gap - side > 1.5 * side, side, gaps.gap))
+    return np.minimum(np.bincount(gaps.ring, covered, len(centres)), 2 * reach)
 
 
-def _union(angles: FloatArray, side: float, reach: float) -> float:
-    """Measure of the union of intervals of width `side` about sorted angles, gaps up to 1.5 sides closed."""
-    if len(angles) == 0:
-        return 0.0
-    around = np.append(angles, angles[0] + 2 * np.pi) if reach >= np.pi else angles
-    gaps = np.diff(around) - side
-    open_gaps = float(gaps[gaps > 1.5 * side].sum())
-    ends = 0.0 if reach >= np.pi else side
-    return float(min(around[-1] - around[0] + ends - open_gaps, 2 * reach))
+def _gaps(cells: BandCells, centres: FloatArray, facings: FloatArray, reach: FloatArray, radius: float) -> Gaps:
+    """Between cells within one cell of the circles and reach (K,) of the facings, around each ring."""
+    down, right = cells.rows - cells.each(centres[:, 0]), cells.columns - cells.each(centres[:, 1])
+    near = np.abs(np.sqrt(down * down + right * right) - radius) <= 1.0
+    cells = cells.take(near)
+    relative = difference(np.arctan2(down[near], right[near]), cells.each(facings))
+    near = np.abs(relative) <= cells.each(reach)
+    angle, ring = relative[near], cells.ring[near]
+    angle = angle[np.lexsort((angle, ring))]  # the rings are in order already
+    last = np.diff(ring, append=-1) != 0
+    first = np.roll(last, 1)
+    after = np.roll(angle, -1)
+    after[last] = angle[first] + 2 * np.pi
+    return Gaps(angle, after - angle, ring, last)

@@ -23,7 +23,8 @@ SPOT_ANGLES, SPOT_STEPS = 48, 20
 JUDGE_ANGLES, JUDGE_STEPS = 64, 28
 DILATIONS = (1, 3, 8)
 USUAL_RADIUS = 7.0
-BATCH = 64
+BATCH = 32
+USUAL = 4.0  # deviations; what lies further out than almost all that was learned from counts as that
 MIRRORED = np.array([1, 1, -1, -1, 1], np.float32)  # what across and turn become in a mirror
 
 
@@ -49,8 +50,7 @@ def judge(windows: Windows, radius: float) -> FloatArray:
 
     (M, 5) logit, along, across (radii), turn (radians), and the logit of being a piece of a whole circle.
     """
-    flipped = np.roll(windows[:, ::-1], 1, axis=1)
-    return (_batches(_judge, windows, radius) + MIRRORED * _batches(_judge, flipped, radius)) / 2
+    return _batches(_judge, windows, radius)
 
 
 def correct(even: FloatArray, odd: FloatArray) -> FloatArray:
@@ -91,9 +91,9 @@ def _dense(x: SingleArray, weight: SingleArray, bias: SingleArray) -> SingleArra
 
 def _around(x: SingleArray, dilation: int, stride: int = 1) -> SingleArray:
     """(M, A/stride, 5 C): each angle with its two neighbours to both sides, around the circle."""
-    count = x.shape[1]
-    places = np.arange(0, count, stride)[:, None] + dilation * np.arange(-2, 3)
-    return x[:, places % count].reshape(len(x), count // stride, 5 * x.shape[2])
+    count, reach = x.shape[1], 2 * dilation
+    around = np.concatenate([x[:, -reach:], x, x[:, :reach]], axis=1)
+    return np.concatenate([around[:, k * dilation : k * dilation + count : stride] for k in range(5)], axis=2)
 
 
 def _spot(windows: Windows, radius: float) -> SingleArray:
@@ -105,8 +105,13 @@ def _spot(windows: Windows, radius: float) -> SingleArray:
 
 
 def _judge(windows: Windows, radius: float) -> SingleArray:
+    x = _first(weights()["judge"], windows, radius)
+    return np.asarray((_judged(x) + MIRRORED * _judged(np.roll(x[:, ::-1], 1, axis=1))) / 2, np.float32)
+
+
+def _judged(x: SingleArray) -> SingleArray:
+    """What the judge makes of (M, A, C) angles seen."""
     layer = weights()["judge"]
-    x = _first(layer, windows, radius)
     for name in ("c1", "c2"):
         x = _dense(_around(x, 1, stride=2), layer[f"{name}.weight"], layer[f"{name}.bias"])
     x = _dense(x.reshape(len(x), x.shape[1] * x.shape[2]), layer["h.weight"], layer["h.bias"])
@@ -115,7 +120,7 @@ def _judge(windows: Windows, radius: float) -> SingleArray:
 
 def _correct(x: FloatArray) -> FloatArray:
     layer = weights()["correct"]
-    z = (x - layer["mean"]) / layer["scale"]
+    z = np.clip((x - layer["mean"]) / layer["scale"], -USUAL, USUAL)
     for name in ("a", "b"):
         z = np.tanh(z @ layer[f"{name}.weight"].T + layer[f"{name}.bias"])
     return np.asarray(z @ layer["out.weight"].T + layer["out.bias"], np.float64)

@@ -6,11 +6,11 @@ the column axis, so that the direction of an angle is (sin, cos) in (row, column
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
-from fidmap.model import FloatArray, Label
+from fidmap.detect.cells import pad
+from fidmap.model import FloatArray
 
 Labels = npt.NDArray[np.uint8]
 Windows = npt.NDArray[np.uint8]
@@ -24,9 +24,7 @@ class Windower:
         """labels: (H, W) of `Label`; radius in cells."""
         self.radius = radius
         self.pad = int(2.5 * radius) + 8
-        self.labels = cv2.copyMakeBorder(
-            labels, self.pad, self.pad, self.pad, self.pad, cv2.BORDER_CONSTANT, value=[int(Label.UNKNOWN)]
-        )
+        self.labels = pad(labels, self.pad)
 
     def cut(self, centres: FloatArray, facings: FloatArray, angles: int, steps: int) -> Windows:
         """(M, angles, steps) labels about (M, 2) centres: the first angle is the facing, steps go outwards."""

@@ -1,4 +1,4 @@
-"""What stands on the ring: polar samples of the map around centres, one row of angles per centre.
+"""Where what stands on a ring ends: the drawn outer edge, in directions around each facing.
 
 All lengths here are cells, all centres continuous cell coordinates (row, column), angles counter-clockwise from
 the column axis, so that the direction of an angle is (sin, cos) in (row, column).
@@ -8,104 +8,68 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
+from fidmap.detect.cells import pad
 from fidmap.model import FloatArray, Label
 
 STEP = 0.5
 NEAR = 4.0
 EDGE = 0.5
-BLOCK = 256
+DIRECTIONS = 48
+BLOCK = 64
 Labels = npt.NDArray[np.uint8]
 Mask = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
-class Ring:
-    """What A angles around M centres show, each (M, A).
+class Edges:
+    """What K centres show in D directions, each (K, D).
 
-    edge: distance of the drawn outer edge (occupied inside, free outside) from where a ring of the radius has
-    it, in cells, NaN where there is none near the ring. thick: occupied share from the ring
-    four cells inwards.
+    place: distance of the drawn outer edge (occupied inside, free outside) from where a ring of the radius has it, 0
+    where there is none near the ring; there: whether there is. thick: occupied share from the ring four cells
+    inwards. sine, cosine: of the directions.
     """
 
-    edge: FloatArray
+    place: FloatArray
+    there: Mask
     thick: FloatArray
+    sine: FloatArray
+    cosine: FloatArray
 
 
-class RingSampler:
-    """Looks around centres on one map; keeps the map padded so that no look-up needs a bounds check."""
-
-    def __init__(self, labels: Labels, radius: float) -> None:
-        """labels: (H, W) of `Label`; radius in cells."""
-        self.radius = radius
-        self.angles = int(np.clip(16 * np.ceil(2 * np.pi * (radius + 2) / 0.8 / 16), 64, 256))
-        self.theta: FloatArray = np.linspace(0, 2 * np.pi, self.angles, endpoint=False)
-        self.directions: FloatArray = np.stack([np.sin(self.theta), np.cos(self.theta)], axis=1)
-        self.near = np.arange(-min(NEAR, radius - 1.0), NEAR + 0.01, STEP)
-        self.pad = int(1.7 * radius) + 8
-        self.labels = cv2.copyMakeBorder(
-            labels, self.pad, self.pad, self.pad, self.pad, cv2.BORDER_CONSTANT, value=[int(Label.UNKNOWN)]
-        )
-        distances = self.near[:-4] + STEP / 2 - EDGE
-        self.nearest_first = np.argsort(np.abs(distances), kind="stable")
-        self.edges = distances[self.nearest_first]
-        radii = radius + self.near
-        self.reach = [(axis[:, None] * radii + self.pad).astype(np.float32) for axis in self.directions.T]
-        self.inward = int((self.near <= 0).sum())
-
-    def look(self, centres: FloatArray) -> Ring:
-        """Sample the rings of (M, 2) centres: 17 look-ups per angle, in blocks that stay in the cache."""
-        blocks = [self._look(centres[k : k + BLOCK]) for k in range(0, max(1, len(centres)), BLOCK)]
-        return Ring(*(np.concatenate(parts) for parts in zip(*blocks, strict=True)))
-
-    def _look(self, centres: FloatArray) -> tuple[FloatArray, ...]:
-        """The fields of `Ring` for a block of centres."""
-        # truncation is floor here: the padding keeps all coordinates positive, and the sums fit into float32
-        rows = (centres[:, 0].astype(np.float32)[:, None, None] + self.reach[0]).astype(np.int32)
-        columns = (centres[:, 1].astype(np.float32)[:, None, None] + self.reach[1]).astype(np.int32)
-        rows *= self.labels.shape[1]
-        rows += columns
-        samples = self.labels.reshape(-1).take(rows, mode="clip")
-        occupied, free = samples == Label.OCCUPIED, samples == Label.FREE
-        return (
-            self._edge(occupied, free),
-            share(occupied[..., : self.inward]),
-        )
-
-    def _edge(self, occupied: Mask, free: Mask) -> FloatArray:
-        """Where an obstacle with free space outside of it (within two cells) ends nearest to the ring."""
-        beyond = free[..., 1:-3] | free[..., 2:-2]
-        beyond |= free[..., 3:-1]
-        beyond |= free[..., 4:]
-        beyond &= occupied[..., :-4]
-        beyond &= ~occupied[..., 1:-3]
-        # distances sorted by how near they are to the ring, so that the first hit is the nearest edge
-        hits = beyond[..., self.nearest_first]
-        first = hits.argmax(axis=2)
-        there = np.take_along_axis(hits, first[..., None], axis=2)[..., 0]
-        return np.where(there, self.edges[first], np.nan)
+def edges(labels: Labels, centres: FloatArray, facings: FloatArray, reach: FloatArray, radius: float) -> Edges:
+    """Look along 48 directions within `reach` (K,) of each facing, 17 places in each."""
+    near = np.arange(-min(NEAR, radius - 1.0), NEAR + 0.01, STEP)
+    relative = reach[:, None] * (np.arange(DIRECTIONS) + 0.5 - DIRECTIONS / 2) / (DIRECTIONS / 2)
+    theta = facings[:, None] + relative
+    sine, cosine = np.sin(theta), np.cos(theta)
+    width = int(radius + NEAR) + 2
+    padded = pad(labels, width)
+    middle = np.clip(centres, 0, labels.shape) + width
+    blocks = [slice(k, k + BLOCK) for k in range(0, max(1, len(centres)), BLOCK)]
+    found = [_look(padded, middle[b], sine[b], cosine[b], radius, near) for b in blocks]
+    place, there, thick = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return Edges(place, there, thick, sine, cosine)
 
 
-def share(mask: Mask) -> FloatArray:
-    """(M, A) mean of a few samples; faster than numpy's mean over a short last axis."""
-    total = mask[..., 0].astype(np.float64)
-    for k in range(1, mask.shape[-1]):
-        total += mask[..., k]
-    return np.asarray(total / mask.shape[-1])
-
-
-def support(ring: Ring, tolerance: float) -> FloatArray:
-    """(M, A) how well the edge stands on the ring: 1 on it, 0 at `tolerance` cells away from it."""
-    away = np.abs(np.nan_to_num(ring.edge, nan=np.inf)) / tolerance
-    return np.where(away < 1, 1 - np.minimum(away, 1) ** 2, 0.0)
-
-
-def shift(directions: FloatArray, weight: FloatArray, residual: FloatArray, ridge: float = 0.5) -> FloatArray:
-    """Least-squares shift (H, 2) of fixed-radius circles: residual = direction . shift."""
-    products = (directions[:, :, None] * directions[:, None, :]).reshape(-1, 4)
-    normal = (weight @ products).reshape(-1, 2, 2) + ridge * np.eye(2)
-    right = (weight * residual) @ directions
-    return np.asarray(np.linalg.solve(normal, right[..., None])[..., 0])
+def _look(
+    padded: Labels, middle: FloatArray, sine: FloatArray, cosine: FloatArray, radius: float, near: FloatArray
+) -> tuple[FloatArray, Mask, FloatArray]:
+    """Place, there and thick of some centres; the places looked at come first, so that each is one array."""
+    steps = (radius + near).astype(np.float32)[:, None, None]
+    # truncation is floor here: the padding keeps all coordinates positive
+    index = (middle[:, 0, None].astype(np.float32) + sine.astype(np.float32) * steps).astype(np.int32)
+    index *= padded.shape[1]
+    index += (middle[:, 1, None].astype(np.float32) + cosine.astype(np.float32) * steps).astype(np.int32)
+    samples = padded.reshape(-1).take(index, mode="clip")
+    occupied, free = samples == Label.OCCUPIED, samples == Label.FREE
+    ends = occupied[:-4] & (free[1:-3] | free[2:-2] | free[3:-1] | free[4:])
+    distances = near[:-4] + STEP / 2 - EDGE
+    place, there = np.zeros(ends.shape[1:]), np.zeros(ends.shape[1:], bool)
+    for k in np.argsort(-np.abs(distances), kind="stable"):  # the nearest to the ring last: it stays
+        place[ends[k]] = distances[k]
+        there |= ends[k]
+    inward = occupied[near <= 0]
+    return place, there, np.asarray(inward.sum(axis=0, dtype=np.float64) / len(inward))

@@ -8,8 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fidmap.detect.arcs import difference
-from fidmap.detect.fits import band_cells
+from fidmap.detect.cells import band_cells
 from fidmap.grid import metres_to_cells
 from fidmap.model import BarrelPart, FloatArray, TrinaryGrid
 
@@ -43,14 +42,17 @@ def radial_spreads(
     count the same: 1.15 times the weighted median of |r - R|, less the raster's own in squares.
     """
     cells = band_cells(grid.labels, centres, radius, BAND * radius)
-    r, angle = cells.polar(centres)
-    near = cells.valid & (np.abs(r - radius) <= BAND * radius)
-    near &= np.abs(difference(angle, facings[:, None])) <= reach[:, None]
-    away = np.where(near, np.abs(r - radius), np.inf)
-    weight = np.where(near, 1 / np.maximum(r, 1), 0.0)
-    order = np.argsort(away, axis=1, kind="stable")
-    total = np.cumsum(np.take_along_axis(weight, order, axis=1), axis=1)
-    middle = np.minimum((total < total[:, -1:] / 2).sum(axis=1), away.shape[1] - 1)
-    median = np.take_along_axis(away, np.take_along_axis(order, middle[:, None], axis=1), axis=1)[:, 0]
-    spread = np.where(np.isfinite(median), TO_DEVIATION * median, BAND * radius)
+    seen = cells.seen(centres, facings)
+    away = np.abs(seen.r - radius)
+    near = (away <= BAND * radius) & (seen.ahead >= cells.each(np.cos(reach)))
+    cells, away, weight = cells.take(near), away[near], 1 / np.maximum(seen.r[near], 1)
+    order = np.argsort(cells.ring * (2 * radius) + away)
+    count, total = cells.counts, np.cumsum(weight[order])
+    ends = np.cumsum(count)
+    before = np.append(0.0, total)[ends - count]
+    # the first cell at which half of its ring's weight is reached
+    middle = np.searchsorted(total, (before + np.append(0.0, total)[ends]) / 2)
+    spread = np.full(len(centres), BAND * radius)
+    some = count > 0
+    spread[some] = TO_DEVIATION * away[order][np.minimum(middle, ends - 1)[some]]
     return np.sqrt(np.maximum(0.0, spread**2 - RASTER_SPREAD**2))

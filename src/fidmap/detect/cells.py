@@ -1,0 +1,99 @@
+"""The occupied cells near rings: gathered once, then seen from any centre near those of the rings.
+
+Lengths are cells, centres continuous (row, column), angles counter-clockwise from the column axis.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from fidmap.model import FloatArray, Label
+
+Mask = npt.NDArray[np.bool_]
+Labels = npt.NDArray[np.uint8]
+Index = npt.NDArray[np.intp]
+Number = TypeVar("Number", bound=np.generic)
+BLOCK = 128  # rings whose bands are looked up at a time: what is done with them stays in the cache
+
+
+@dataclass(frozen=True)
+class Seen:
+    """N cells from their rings' centres: distance, sine and cosine of the direction, cosine relative to the facing."""
+
+    r: FloatArray
+    sine: FloatArray
+    cosine: FloatArray
+    ahead: FloatArray
+
+
+@dataclass(frozen=True)
+class BandCells:
+    """Occupied cells near K rings, ring by ring: their middles, rows and columns (N,), and how many are whose (K,)."""
+
+    rows: FloatArray
+    columns: FloatArray
+    counts: Index
+
+    @property
+    def ring(self) -> Index:
+        """(N,) whose each cell is."""
+        return self.each(np.arange(len(self.counts)))
+
+    def each(self, values: npt.NDArray[Number]) -> npt.NDArray[Number]:
+        """(N,) what the rings have (K,), for each of their cells."""
+        return np.repeat(values, self.counts)
+
+    def sum(self, values: FloatArray) -> FloatArray:
+        """(K,) sums over each ring's cells of what the cells have (N,)."""
+        sums, some = np.zeros(len(self.counts)), self.counts > 0
+        if len(values):
+            sums[some] = np.add.reduceat(values, (np.cumsum(self.counts) - self.counts)[some])
+        return sums
+
+    def take(self, some: Mask) -> BandCells:
+        """Some of the cells, of all the rings."""
+        return BandCells(self.rows[some], self.columns[some], self.sum(some.astype(np.intp)).astype(np.intp))
+
+    def seen(self, centres: FloatArray, facings: FloatArray) -> Seen:
+        """The cells from centres (K, 2) and facings (K,)."""
+        down, right = self.rows - self.each(centres[:, 0]), self.columns - self.each(centres[:, 1])
+        r = np.sqrt(down * down + right * right)
+        inverse = 1 / np.maximum(r, 1e-9)
+        sine, cosine = down * inverse, right * inverse
+        return Seen(r, sine, cosine, sine * self.each(np.sin(facings)) + cosine * self.each(np.cos(facings)))
+
+
+def band_cells(labels: Labels, centres: FloatArray, radius: float, width: float) -> BandCells:
+    """The occupied cells within about `width` of each ring (K, 2)."""
+    reach = int(np.ceil(radius + width)) + 1
+    padded = pad(labels, reach + 1)
+    grid = np.arange(-reach, reach + 1)
+    down, right = (axis.ravel() for axis in np.meshgrid(grid, grid, indexing="ij"))
+    away = np.hypot(down, right)
+    band = (away <= radius + width + 1) & (away >= radius - width - 1)
+    offsets = (down[band] * padded.shape[1] + right[band]).astype(np.int32)
+    limit = np.array(labels.shape)
+    middle = np.clip(np.floor(centres), -1, limit).astype(np.int32) + reach + 1
+    starts = middle[:, 0] * np.int32(padded.shape[1]) + middle[:, 1]
+    flat = padded.reshape(-1)
+    places, counts = [np.empty(0, np.int32)], [np.empty(0, np.intp)]
+    for k in range(0, len(starts), BLOCK):
+        index = starts[k : k + BLOCK, None] + offsets
+        occupied = flat.take(index, mode="clip") == Label.OCCUPIED
+        places.append(index[occupied])
+        counts.append(np.count_nonzero(occupied, axis=1))
+    row, column = np.divmod(np.concatenate(places), np.int32(padded.shape[1]))
+    return BandCells(row - (reach + 0.5), column - (reach + 0.5), np.concatenate(counts))
+
+
+def pad(labels: Labels, width: int) -> Labels:
+    """The map with so many unknown cells around it, so that no look-up needs a bounds check."""
+    return np.asarray(
+        cv2.copyMakeBorder(labels, width, width, width, width, cv2.BORDER_CONSTANT, value=[int(Label.UNKNOWN)]),
+        np.uint8,
+    )

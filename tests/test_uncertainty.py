@@ -158,7 +158,7 @@ def test_leverages_sum_to_the_freedoms_of_a_fit() -> None:
 @given(st.lists(st.floats(0, 3), min_size=1, max_size=12), st.floats(1e-4, 0.3), st.integers(0, 5))
 def test_any_errors_give_ordered_bounds(errors: list[float], sigma: float, seed: int) -> None:
     noise = sigma * np.random.default_rng(seed).uniform(0.5, 1, len(errors))
-    low, high = accuracy_bounds(np.array(errors), noise, lambda d: np.minimum(d, 1.2) / 1.2, 1.2)
+    low, high, _ = accuracy_bounds(np.array(errors), noise, lambda d: np.minimum(d, 1.2) / 1.2, 1.2)
     assert -1e-6 <= low <= high <= 1 + 1e-6
 
 
@@ -169,7 +169,7 @@ def test_measurement_intervals_hold_about_as_often_as_they_say() -> None:
     for _ in range(300):
         true = random.normal(0, 0.05, (30, 2))
         seen = np.linalg.norm(true + random.normal(0, 0.04, (30, 2)), axis=1)
-        low, high = accuracy_bounds(seen, np.full(30, 0.04), lambda d: np.minimum(d, 1.2) / 1.2, 1.2)
+        low, high, _ = accuracy_bounds(seen, np.full(30, 0.04), lambda d: np.minimum(d, 1.2) / 1.2, 1.2)
         held += low <= 1 - float(np.linalg.norm(true, axis=1).mean()) / 1.2 <= high
     assert abs(held / 300 - 0.95) < 4 * math.sqrt(0.95 * 0.05 / 300)
 
@@ -201,7 +201,7 @@ def test_the_pairs_of_a_class_may_all_be_short_or_measured_by_tape() -> None:
 
 def test_with_steps_bounds_are_whole_steps_apart() -> None:
     """The profile of the paper: one of eight parts without error may still be a step off, hardly four."""
-    low, high = accuracy_bounds(
+    low, high, _ = accuracy_bounds(
         np.full(8, 0.1), np.full(8, 0.03), lambda d: np.minimum(np.floor(d / 0.3 + 0.5) * 0.3, 1.2) / 1.2, 1.2
     )
     assert high == pytest.approx(1)

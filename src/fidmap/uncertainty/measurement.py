@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,9 +37,20 @@ LENGTHS, VERSIONS = 40, 3
 # correlation of two attributes' measurement errors: both come from the same centres
 SHARED = 0.3
 NO_NOISE = 1e-9
-AT_END = 1e-9
 
-Bounds = tuple[float, float]
+
+class Bounds(NamedTuple):
+    """Between which a score truly lies; whether it may lie at its upper bound exactly, without any error."""
+
+    low: float
+    high: float
+    without_error: bool
+
+
+def bounds_of(losses: tuple[float, float], certain: float) -> Bounds:
+    """Of a score from the bounds of what noise bears on of its loss, the rest of it being certain."""
+    least, most = losses
+    return Bounds(1 - certain - most, 1 - certain - least, least <= 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,15 +82,14 @@ def accuracy_bounds(
     """Bounds of 1 - mean loss over errors in the plane (K,), measured with noise (K,) per axis."""
     share = np.full(len(errors_m), 1 / len(errors_m))
     if sigma.max() < NO_NOISE:
-        exact = float(1 - loss(errors_m).mean())
-        return exact, exact
+        exact = float(loss(errors_m).mean())
+        return bounds_of((exact, exact), 0.0)
     grid = nodes(errors_m, sigma, d_max)
     sigma = np.maximum(sigma, grid.at[16])
     near = np.minimum(errors_m, d_max + FAR * sigma)
     beliefs = beliefs_about_positions(grid, float(sigma.min()), d_max)
     likelihood = rice(near[:, None], sigma[:, None], grid.at[None])
-    low, high = mean_loss(likelihood, beliefs, loss(grid.at), share, 1.0).span()
-    return 1 - high, 1 - low
+    return bounds_of(mean_loss(likelihood, beliefs, loss(grid.at), share, 1.0).span(), 0.0)
 
 
 def fit_leverage(places: FloatArray, freedoms: int) -> FloatArray:
@@ -119,7 +130,7 @@ def _with_flips(
     count = len(errors)
     if not 0 < flips < count:
         return bounds
-    return bounds[0], min(1.0, bounds[1] * count / (count - flips))
+    return bounds._replace(high=min(1.0, bounds.high * count / (count - flips)))
 
 
 def global_bounds(attributes: Attributes, arena: Arena, settings: Settings, noise: Noise) -> Bounds:
@@ -140,7 +151,7 @@ def coverage_bounds(attributes: Attributes, arena: Arena, settings: Settings, no
         fixed = result.barrel is not None and result.barrel.fixed_id is not None
         far = result.relative_error_m is not None and result.relative_error_m > d_max - 1.96 * sigma
         flips += far and not fixed
-    return value - flips / len(attributes.parts), value
+    return Bounds(value - flips / len(attributes.parts), value, True)
 
 
 def class_bounds(attributes: Attributes, arena: Arena, settings: Settings, noise: Noise, name: str) -> Bounds:
@@ -157,38 +168,38 @@ def class_bounds(attributes: Attributes, arena: Arena, settings: Settings, noise
                 pairs.append(pair)
                 shares.append(share)
     if not pairs:
-        return 1 - certain, 1 - certain
+        return bounds_of((0.0, 0.0), certain)
     index = {part.id: i for i, part in enumerate(arena.parts)}
     taped = {frozenset(g.parts) for g in arena.groups if g.distance_m is not None}
     survey = [_sigma(noise.survey, index, p) for p in pairs]
     tape = np.array([frozenset(p.parts) in taped for p in pairs], bool)
     centres = [_sigma(noise.centres, index, p) for p in pairs]
-    low, high = _distance_losses(
+    losses = _distance_losses(
         pairs, np.where(tape, np.array(survey) / math.sqrt(2), survey), np.array(centres), tape,
         np.array(shares), _loss(settings, arena, "consistency"), settings.d_max("consistency", arena.radius_m),
     )  # fmt: skip
-    return 1 - certain - high, 1 - certain - low
+    return bounds_of(losses, certain)
 
 
 def combined(parts: Sequence[tuple[float, Bounds]], shared: float) -> Bounds:
     """Bounds of a weighted mean from those of its parts (weight, bounds), whose errors are correlated by `shared`.
 
-    Half widths add as deviations do; those that end at 1, where a score can lie for certain, add in full.
+    Half widths add as deviations do; where the upper bounds are those of no error at all, all may be reached at once.
     """
     total = sum(weight for weight, _ in parts)
-    middle = sum(w * (low + high) / 2 for w, (low, high) in parts) / total
-    half = np.array([w * (high - low) / 2 / total for w, (low, high) in parts])
-    at_end = np.array([high > 1 - AT_END for _, (_, high) in parts], bool)
+    middle = sum(w * (b.low + b.high) / 2 for w, b in parts) / total
+    half = np.array([w * (b.high - b.low) / 2 / total for w, b in parts])
+    best = np.array([b.without_error for _, b in parts], bool)
 
     def reach(one: FloatArray) -> float:
         return math.sqrt((1 - shared) * float((one**2).sum()) + shared * float(one.sum()) ** 2)
 
-    return middle - reach(half), middle + reach(half[~at_end]) + float(half[at_end].sum())
+    return Bounds(middle - reach(half), middle + reach(half[~best]) + float(half[best].sum()), bool(best.all()))
 
 
 def span(bounds: Bounds) -> Span:
     """Bounds as a span of a score."""
-    return Span(max(0.0, min(1.0, bounds[0])), max(0.0, min(1.0, bounds[1])))
+    return Span(max(0.0, min(1.0, bounds.low)), max(0.0, min(1.0, bounds.high)))
 
 
 def _loss(settings: Settings, arena: Arena, attribute: str) -> Callable[[FloatArray], FloatArray]:
@@ -209,7 +220,7 @@ def _distance_losses(
     share: FloatArray,
     loss: Callable[[FloatArray], FloatArray],
     d_max: float,
-) -> Bounds:
+) -> tuple[float, float]:
     """Bounds of the weighted sum of the losses of pairs (K,)."""
     drawn = np.array([p.distance_m for p in pairs], float)
     expected = np.array([p.expected_m for p in pairs], float)

@@ -8,26 +8,28 @@ import numpy as np
 
 from fidmap.geometry import ComplexArray
 from fidmap.model import FloatArray
-from fidmap.register.landscape import IntArray, Landscape
-from fidmap.register.near import Matcher
+from fidmap.register.landscape import BoolArray, Landscape
+from fidmap.register.near import Matcher, NearPairs
 from fidmap.register.prices import matching
 
 SOFTEST = 1e-6
+# share of its value that a round of a climb must gain to be followed by another
+LEAST_GAIN = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class _Pairs:
-    """E pairs of K placements: placement, fiducial part, barrel part; weight says which pairs count."""
+    """For each of K placements and R rows a fiducial and a barrel part (K, R), and whether there is such a pair."""
 
-    placement: IntArray
     fiducials: ComplexArray
     barrels: ComplexArray
-    count: int
+    real: BoolArray
 
-    def sums(self, values: ComplexArray | FloatArray) -> ComplexArray:
-        """(K,) sums of values (E,) of every placement."""
-        real = np.bincount(self.placement, values.real, self.count)
-        return real + 1j * np.bincount(self.placement, values.imag, self.count)
+    def distance(self, placements: FloatArray) -> FloatArray:
+        """(K, R) metres between the two of every pair, 0 where there is none."""
+        turned = placements[:, 3:] * np.exp(1j * placements[:, :1])
+        moved = turned * self.barrels + (placements[:, 1:2] + 1j * placements[:, 2:3])
+        return np.asarray(np.abs(moved - self.fiducials) * self.real)
 
 
 def attract(land: Landscape, matcher: Matcher, placements: FloatArray, rounds: int) -> tuple[FloatArray, FloatArray]:
@@ -35,18 +37,17 @@ def attract(land: Landscape, matcher: Matcher, placements: FloatArray, rounds: i
     best, worth = placements, np.full(len(placements), -1.0)
     softness = 0.25 * land.problem.d_max
     for _ in range(rounds):
-        pairs = matcher.near(as_boxes(placements))
-        close = 1 - pairs.distance / land.problem.d_max
+        near = matcher.near(as_boxes(placements))
+        close = 1 - near.distance / land.problem.d_max
         rows = np.zeros((len(placements), matcher.rows))
-        np.maximum.at(rows, (pairs.box, pairs.row), close)
+        np.maximum.at(rows, (near.box, near.row), close)
         columns = np.zeros((len(placements), matcher.columns))
-        np.maximum.at(columns, (pairs.box, pairs.column), close)
+        np.maximum.at(columns, (near.box, near.column), close)
         now = np.minimum(rows.sum(axis=1), columns.sum(axis=1))
         better = now > worth
         best, worth = np.where(better[:, None], placements, best), np.maximum(now, worth)
-        chosen = pairs.take((close >= rows[pairs.box, pairs.row]) & (close > 0))
-        kept = _Pairs(chosen.box, land.fiducials[chosen.fiducial], land.barrels[chosen.barrel], len(placements))
-        placements = _fitted(land, placements, kept, 1 / np.hypot(chosen.distance, softness))
+        pairs = _pairs(land, matcher, near, (close >= rows[near.box, near.row]) & (close > 0), len(placements))
+        placements = _fitted(land, placements, pairs, pairs.real / np.hypot(pairs.distance(placements), softness))
         softness *= 0.6
     return best, worth
 
@@ -56,56 +57,70 @@ def ascend(
 ) -> tuple[FloatArray, FloatArray]:
     """Climb from placements (K, 4) to local maxima of the continuous score: (K, 4) and (K,) their values.
 
-    In turn the exact matching and `steps` reweighted fits of its pairs, whose smoothing of d near 0 decays.
+    In turn the exact matching and `steps` reweighted fits of its pairs, whose smoothing of d near 0 decays; until a
+    round gains next to nothing.
     """
     best, worth = placements, np.full(len(placements), -1.0)
     softness = 0.1 * land.problem.d_max
     for _ in range(rounds):
-        pairs = matcher.near(as_boxes(placements))
-        close = 1 - pairs.distance / land.problem.d_max
-        mate = matching(matcher, pairs, close, len(placements))
-        now = np.bincount(pairs.box[mate], close[mate], len(placements))
+        near = matcher.near(as_boxes(placements))
+        close = 1 - near.distance / land.problem.d_max
+        mate = matching(matcher, near, close, len(placements))
+        now = np.bincount(near.box[mate], close[mate], len(placements))
         better = now > worth
+        gain = float((now / np.maximum(worth, 1e-9)).max()) - 1
         best, worth = np.where(better[:, None], placements, best), np.maximum(now, worth)
-        chosen = pairs.take(mate)
-        kept = _Pairs(chosen.box, land.fiducials[chosen.fiducial], land.barrels[chosen.barrel], len(placements))
-        placements, softness = _refitted(land, best, kept, steps, softness, decay)
+        if gain < LEAST_GAIN:
+            break
+        pairs = _pairs(land, matcher, near, mate, len(placements))
+        placements, softness = _refitted(land, best, pairs, steps, softness, decay)
     return best, worth
+
+
+def _pairs(land: Landscape, matcher: Matcher, near: NearPairs, chosen: BoolArray, count: int) -> _Pairs:
+    """The chosen (E,) of the near pairs of `count` placements, by row."""
+    at = near.box[chosen], near.row[chosen]
+    fiducials, barrels = np.zeros((2, count, matcher.rows), complex)
+    real = np.zeros((count, matcher.rows), bool)
+    fiducials[at], barrels[at], real[at] = (
+        land.fiducials[near.fiducial[chosen]],
+        land.barrels[near.barrel[chosen]],
+        True,
+    )
+    kept = real.any(axis=0)
+    return _Pairs(fiducials[:, kept], barrels[:, kept], real[:, kept])
 
 
 def _refitted(
     land: Landscape, placements: FloatArray, pairs: _Pairs, steps: int, softness: float, decay: float
 ) -> tuple[FloatArray, float]:
     """Reweighted fits of fixed pairs; the best of each placement's, and the smoothing that is left."""
+    d_max = land.problem.d_max
     best, worth = placements, np.full(len(placements), -np.inf)
     for _ in range(steps + 1):
-        distance = np.abs(_moved(placements, pairs) - pairs.fiducials)
-        near = distance < land.problem.d_max
-        now = np.bincount(pairs.placement, np.where(near, 1 - distance / land.problem.d_max, 0.0), pairs.count)
+        distance = pairs.distance(placements)
+        near = pairs.real & (distance < d_max)
+        now = (near * (1 - distance / d_max)).sum(axis=1)
         better = now > worth
         best, worth = np.where(better[:, None], placements, best), np.maximum(now, worth)
-        placements = _fitted(land, placements, pairs, near / np.hypot(distance, softness) + 1e-9)
+        placements = _fitted(land, placements, pairs, near / np.hypot(distance, softness) + 1e-9 * pairs.real)
         softness = max(SOFTEST, softness * decay)
     return best, softness
 
 
-def _moved(placements: FloatArray, pairs: _Pairs) -> ComplexArray:
-    turned = (placements[:, 3] * np.exp(1j * placements[:, 0]))[pairs.placement]
-    return np.asarray(turned * pairs.barrels + (placements[:, 1] + 1j * placements[:, 2])[pairs.placement])
-
-
 def _fitted(land: Landscape, placements: FloatArray, pairs: _Pairs, weight: FloatArray) -> FloatArray:
-    """One weighted least squares fit of every placement (closed form in the plane, Umeyama 1991)."""
-    total = np.maximum(np.bincount(pairs.placement, weight, pairs.count), 1e-12)
-    p_mean, q_mean = (pairs.sums(weight * points) / total for points in (pairs.fiducials, pairs.barrels))
-    arms = pairs.barrels - q_mean[pairs.placement]
-    moment = pairs.sums(weight * arms.conj() * pairs.fiducials)
+    """One weighted least squares fit of every placement, weights (K, R) (closed form in the plane, Umeyama 1991)."""
+    total = np.maximum(weight.sum(axis=1), 1e-12)
+    heavy = weight * pairs.barrels
+    p_mean = (weight * pairs.fiducials).sum(axis=1) / total
+    q_mean = heavy.sum(axis=1) / total
+    moment = (heavy.conj() * pairs.fiducials).sum(axis=1) - total * q_mean.conj() * p_mean
     size = np.abs(moment)
     turn = np.where(size > 1e-9, moment / np.maximum(size, 1e-9), np.exp(1j * placements[:, 0]))
     scale = placements[:, 3]
     if land.problem.scale_range[0] < land.problem.scale_range[1]:
-        spread = np.maximum(np.bincount(pairs.placement, weight * np.abs(arms) ** 2, pairs.count), 1e-9)
-        scale = np.clip(size / spread, *land.problem.scale_range)
+        spread = (heavy.conj() * pairs.barrels).real.sum(axis=1) - total * np.abs(q_mean) ** 2
+        scale = np.clip(size / np.maximum(spread, 1e-9), *land.problem.scale_range)
     shift = p_mean - scale * turn * q_mean
     fitted = np.stack([np.angle(turn), shift.real, shift.imag, scale], axis=1)
     return land.limited(np.where((total > 1e-9)[:, None], fitted, placements))

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from scipy.stats import spearmanr
 
-from benchmarks.counting import Count, count
+from benchmarks.counting import Count, DrawnPart, count, reach
 from benchmarks.page import table, write_section
 from benchmarks.slam_challenge import REFERENCE, TUNED_ON, read_drawn_parts, real_data_root
 from fidmap.arena import read_arena
@@ -150,6 +150,9 @@ def slam_challenge() -> str:
         drawn[name] = evaluate_points(_drawn_parts(folder, name), arena)
     text = "### slam_challenge: barrel parts found\n\nRun A2 is tuning data, run R2 is test data.\n\n"
     text += _pooled(counts, quality)
+    text += "\n### slam_challenge: parts assigned\n\n"
+    text += "Each map is scored by itself; its assigned parts are compared with where it draws which part.\n\n"
+    text += _assigned(quality, reports, {row["map"]: read_drawn_parts(folder, row["map"]) for row in quality})
     text += "\n### slam_challenge: overall score against trajectory error\n\n"
     text += "Spearman of overall against ATE (-1: the better map always has the higher score), per run.\n\n"
     text += _against_ate(quality, reports, drawn)
@@ -189,6 +192,37 @@ def _pooled(counts: dict[str, Count], quality: list[dict[str, str]]) -> str:
 
 def _share(part: int, whole: int) -> str:
     return f"{part / whole:.3f}" if whole else "-"
+
+
+def _assigned(
+    quality: list[dict[str, str]], reports: dict[str, Report], truth: dict[str, tuple[DrawnPart, ...]]
+) -> str:
+    """Drawn parts assigned to their own ids, and assigned parts that are another one or none at all."""
+    rows = []
+    for run in sorted({row["run"] for row in quality}):
+        names = [row["map"] for row in quality if row["run"] == run]
+        drawn = [(name, part.id) for name in names for part in truth[name] if part.drawn == "yes"]
+        fates = {
+            (name, result.id): _fate(result.barrel, result.id, truth[name])
+            for name in names
+            for result in reports[name].attributes.parts
+            if result.barrel is not None
+        }
+        right = sum(fates.get(part) == "own" for part in drawn)
+        elsewhere = [sum(fate == kind for fate in fates.values()) for kind in ("other", "none")]
+        rows.append([run, len(names), len(drawn), _share(right, len(drawn)), len(fates), *elsewhere])
+    head = ["run", "maps", "drawn parts", "assigned to their own id", "assigned parts", "of another id", "of no part"]
+    return table(head, rows)
+
+
+def _fate(barrel: BarrelPart, own_id: str, parts: Sequence[DrawnPart]) -> str:
+    """Whether an assigned arc is drawn for that part ('own'), for an 'other' one or for 'none'; copies count."""
+    near = set()
+    for part in parts:
+        places = [part, *(replace(part, x_m=x, y_m=y, facing=None) for x, y in part.copies)]
+        if any(reach(barrel, place) is not None for place in places):
+            near.add(part.id)
+    return "own" if own_id in near else "other" if near else "none"
 
 
 def _against_ate(quality: list[dict[str, str]], reports: dict[str, Report], drawn: dict[str, Report]) -> str:

@@ -27,7 +27,7 @@ from fidmap.model import CONTINUOUS, SSRR2011, Attributes, Interval, Settings, S
 from fidmap.uncertainty import with_intervals
 
 PICTURE = PAGE.parent / "images" / "uncertainty.svg"
-TUNED_ON, REPORTED = 1, 2
+TUNED_ON, REPORTED = 1, 3
 NAMES = ("coverage", "relative_accuracy", "global_accuracy", "consistency", "overall")
 CELLS = [Cell(n, s, c) for n in (10, 20, 50, 200) for s in (0.0, 0.02, 0.05) for c in (0.01, 0.04)]
 BROKEN = replace(Mapper(), broken=0.05)

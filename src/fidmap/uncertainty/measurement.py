@@ -33,7 +33,7 @@ from fidmap.uncertainty.posterior import (
 )
 
 # lengths that a surveyed distance may truly have, looked at per pair
-LENGTHS, VERSIONS = 40, 3
+LENGTHS, VERSIONS = 64, 3
 # correlation of two attributes' measurement errors: both come from the same centres
 SHARED = 0.3
 NO_NOISE = 1e-9
@@ -229,9 +229,7 @@ def _distance_losses(
         exact = float(share @ loss(drawn - expected))
         return exact, exact
     grid = nodes(np.abs(drawn - expected), sigma, d_max)
-    least = float(grid.at[16])
-    survey, centres = np.maximum(survey, least / 8), np.maximum(centres, least / 2)
-    losses, sigma = loss(grid.mirrored.at), np.hypot(survey, centres)
+    losses, sigma = loss(grid.mirrored.at), np.maximum(sigma, grid.at[16])
     near = np.minimum(drawn, expected) < 2 * FAR * sigma  # there noise makes lengths longer
     error = np.clip(drawn - expected, -d_max - FAR * sigma, d_max + FAR * sigma)
     likelihood = np.exp(-(((error[:, None] - grid.mirrored.at) / sigma[:, None]) ** 2) / 2)
@@ -241,13 +239,14 @@ def _distance_losses(
         if true is not None and chance is not None:
             likelihood[near] = _seen(drawn[near], centres[near], true, chance, grid.mirrored)
             length = float((chance @ true).mean()) if near.all() else None
-        beliefs = beliefs_about_distances(grid.mirrored, max(float(sigma.min()), least), d_max, length)
+        beliefs = beliefs_about_distances(grid.mirrored, float(sigma.min()), d_max, length)
         found.append(mean_loss(likelihood, beliefs, losses, share, _reuse(pairs)))
     return joined(found).span()
 
 
 def _seen(drawn: FloatArray, centres: FloatArray, true: FloatArray, chance: FloatArray, grid: Nodes) -> FloatArray:
     """(K, G) likelihood of every error of pairs that are drawn so far apart, over their true lengths (A,)."""
+    centres = np.maximum(centres, true[1])  # what lies between two lengths is seen as one of them
     length = true[:, None] + grid.at[None]
     possible, length = length >= 0, np.maximum(length, 0)
     seen = [
@@ -266,6 +265,7 @@ def _lengths(expected: FloatArray, survey: FloatArray, tape: FloatArray) -> list
     """
     top = float((expected + 4 * survey).max())
     true = np.linspace(0, top, LENGTHS)
+    survey = np.maximum(survey, true[1])
     surveyed = rice(expected[:, None], survey[:, None], true)
     taped = np.exp(-(((expected[:, None] - true) / survey[:, None]) ** 2) / 2)
     likelihood = np.where(tape[:, None], taped, surveyed)

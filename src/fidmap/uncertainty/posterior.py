@@ -46,11 +46,24 @@ class Nodes:
 class Beliefs:
     """Distributions of the true error over nodes, one a row.
 
-    ordinary: (M, G), the first without any error. wide: (V, G), for items that are out of the ordinary.
+    ordinary: (M, G), the first without any error. chance: (M,) of each beforehand. wide: (V, G), for items that are out
+    of the ordinary.
     """
 
     ordinary: FloatArray
+    chance: FloatArray
     wide: FloatArray
+
+
+def families(some: Sequence[tuple[FloatArray, Sequence[FloatArray]]], wide: Sequence[FloatArray]) -> Beliefs:
+    """Beliefs of several families (spreads, distributions), equally probable beforehand.
+
+    Within one every spread is as probable as another (Gelman 2006, 'Prior distributions for variance parameters in
+    hierarchical models'); they stand at equal ratios.
+    """
+    known = [(np.asarray(spreads), rows) for spreads, rows in some if len(rows)]
+    chance = np.concatenate([spreads / (len(known) * spreads.sum()) for spreads, _ in known])
+    return Beliefs(np.array([row for _, rows in known for row in rows]), chance, np.array(wide))
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,11 +129,14 @@ def rice(observed: FloatArray, sigma: FloatArray, true: FloatArray) -> FloatArra
 
 def beliefs_about_positions(grid: Nodes, sigma: float, d_max: float) -> Beliefs:
     """Lengths of errors in the plane: normal about zero (Rayleigh), or about a common offset (Rice)."""
-    rows = [_rayleigh(grid, s) for s in _spreads(sigma, d_max)]
-    width = np.diff(grid.ends)
-    for s in np.geomspace(sigma / 3, d_max / 2, OFFSET_SPREADS):
-        rows += [rice(grid.at, s, c * s) * grid.at / s**2 * width for c in OFFSETS if c * s < d_max]
-    return Beliefs(np.array([_no_error(grid), *rows]), np.array([_rayleigh(grid, x * d_max) for x in WIDE]))
+    spreads = _spreads(sigma, d_max)
+    about_zero = [_no_error(grid), *(_rayleigh(grid, s) for s in spreads)]
+    pairs = [(s, c * s) for s in np.geomspace(sigma / 3, d_max / 2, OFFSET_SPREADS) for c in OFFSETS if c * s < d_max]
+    about_offset = [rice(grid.at, s, offset) * grid.at / s**2 * np.diff(grid.ends) for s, offset in pairs]
+    return families(
+        [(np.append(spreads[0], spreads), about_zero), (np.array([s for s, _ in pairs]), about_offset)],
+        [_rayleigh(grid, x * d_max) for x in WIDE],
+    )
 
 
 def beliefs_about_distances(grid: Nodes, sigma: float, d_max: float, length: float | None) -> Beliefs:
@@ -128,15 +144,17 @@ def beliefs_about_distances(grid: Nodes, sigma: float, d_max: float, length: flo
 
     Short ones of a common `length` become longer by errors in the plane, too (Rice).
     """
-    rows = [_normal(grid, 0.0, s) for s in _spreads(sigma, d_max)]
-    for s in np.geomspace(sigma / 3, d_max / 2, OFFSET_SPREADS):
-        rows += [_normal(grid, sign * c * s, s) for c in OFFSETS[:4] for sign in (-1, 1) if c * s < d_max]
+    spreads, width = _spreads(sigma, d_max), np.diff(grid.ends)
+    about_zero = [_no_error(grid), *(_normal(grid, 0.0, s) for s in spreads)]
+    pairs = [
+        (s, c * s) for s in np.geomspace(sigma / 3, d_max / 2, OFFSET_SPREADS) for c in OFFSETS[:4] if c * s < d_max
+    ]
+    about_offset = [_normal(grid, sign * offset, s) for s, offset in pairs for sign in (-1, 1)]
+    some = [(np.append(spreads[0], spreads), about_zero), (np.repeat([s for s, _ in pairs], 2), about_offset)]
     if length is not None:
-        drawn, width = np.maximum(grid.at + length, 0), np.diff(grid.ends)
-        rows += [
-            rice(drawn, s, np.array(length)) * drawn / s**2 * width for s in _spreads(sigma, d_max)[SPREADS // 3 :]
-        ]
-    return Beliefs(np.array([_no_error(grid), *rows]), np.array([_normal(grid, 0.0, x * d_max) for x in WIDE]))
+        drawn, far = np.maximum(grid.at + length, 0), spreads[SPREADS // 3 :]
+        some.append((far, [rice(drawn, s, np.array(length)) * drawn / s**2 * width for s in far]))
+    return families(some, [_normal(grid, 0.0, x * d_max) for x in WIDE])
 
 
 def mean_loss(likelihood: FloatArray, beliefs: Beliefs, loss: FloatArray, share: FloatArray, widen: float) -> Mixture:
@@ -151,7 +169,8 @@ def mean_loss(likelihood: FloatArray, beliefs: Beliefs, loss: FloatArray, share:
     """
     sums = [likelihood @ (rows * f).T for rows in (beliefs.ordinary, beliefs.wide) for f in (1.0, loss, loss**2)]
     (plain, plain1, plain2), (wide, wide1, wide2) = sums[:3], sums[3:]
-    logs, means, variances = [], [], []
+    logs, chances, means, variances = [], [], [], []
+    likely = 1 / 2, 1 / (2 * len(beliefs.wide) * (len(WIDE_SHARES) - 1))
     for k in range(len(beliefs.wide)):
         column = slice(k, k + 1)
         for p in WIDE_SHARES[k > 0 :]:
@@ -159,11 +178,12 @@ def mean_loss(likelihood: FloatArray, beliefs: Beliefs, loss: FloatArray, share:
             first = ((1 - p) * plain1 + p * wide1[:, column]) / total
             second = ((1 - p) * plain2 + p * wide2[:, column]) / total
             logs.append(np.log(total).sum(axis=0))
+            chances.append(beliefs.chance * likely[p > 0])
             means.append(share @ first)
             variances.append(share**2 @ np.maximum(second - first**2, 0) * widen)
     log = np.concatenate(logs)
-    weight = np.exp(log - log.max())
-    evidence = float(log.max() + np.log(weight.mean()))
+    weight = np.exp(log - log.max()) * np.concatenate(chances)
+    evidence = float(log.max() + np.log(weight.sum()))
     kept = weight > LEAST_WEIGHT * weight.sum()
     weight, deviation = weight[kept] / weight[kept].sum(), np.sqrt(np.concatenate(variances)[kept]) + 1e-9
     steps = np.diff(np.unique(loss))

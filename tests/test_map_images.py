@@ -71,6 +71,33 @@ def test_netpbm_rows_are_not_mixed() -> None:
         assert decode(data, "m").grey.tolist() == expected
 
 
+def test_plain_files_of_several_pieces() -> None:
+    """Plain files are parsed a megabyte at a time: numbers and comments across these borders stay whole."""
+    grey = np.random.default_rng(3).integers(0, 256, (700, 900))
+    lines = [" ".join(map(str, row)) for row in grey.tolist()]
+    for text in (" ".join(lines), "\n".join(lines), " # 7 8 9\n".join(lines)):
+        assert np.array_equal(decode(f"P2 900 700 255\n{text}".encode(), "m").grey, grey)
+    with pytest.raises(MapFileError, match="700 cells need 630000 values or bytes, 629999 are there"):
+        decode(f"P2 900 700 255\n{text.rpartition(' ')[0]}".encode(), "m")
+    for end in ("x", "1" * 3_000_000):
+        with pytest.raises(MapFileError, match="text among its numbers"):
+            decode(f"P2 900 700 255\n{text} {end} 1".encode(), "m")
+
+
+@pytest.mark.parametrize("mode", ["RGB", "RGBA", "LA"])
+def test_colours_of_many_rows(mode: str) -> None:
+    """Colours are taken a few rows at a time: greys and transparency of all rows, one by one computed."""
+    samples = np.random.default_rng(5).integers(250, 256, (150, 7, len(mode)), dtype=np.uint8)
+    clear = {"transparency": (255, 255, 254)} if mode == "RGB" else {}
+    raster = decode(png(Image.fromarray(samples, mode), **clear), "m")
+    wide = samples.astype(int)
+    luma = wide[..., 0] if mode == "LA" else wide[..., :3] @ (299, 587, 114) // 1000
+    hidden = (samples == (255, 255, 254)).all(axis=-1) if mode == "RGB" else samples[..., -1] < 255
+    assert np.array_equal(raster.grey, luma)
+    assert raster.transparent is not None
+    assert np.array_equal(raster.transparent, hidden)
+
+
 def test_colour_is_rounded_down() -> None:
     """Colour becomes floor(.299 R + .587 G + .114 B), where Pillow would round; greys keep their value."""
     rgb = np.array([[[10, 20, 31], [255, 255, 255], [205, 205, 205], [1, 0, 0]]], np.uint8)

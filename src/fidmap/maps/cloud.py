@@ -24,7 +24,7 @@ from fidmap.maps.slab import MAX_SLAB_CELLS, slab_grid, slab_of
 from fidmap.model import FloatArray, Grid
 
 MAX_POINTS = 500_000_000
-CHUNK_POINTS = 500_000
+CHUNK_POINTS = 200_000
 SAMPLE_POINTS = 100_000
 FINEST_M = 0.025
 OFF_LATTICE = 0.75  # cells: points of voxel grids, centred or not, must not lie on the borders of cells
@@ -119,6 +119,8 @@ class View:
 
 def _along(points: Points, axis: FloatArray) -> Points:
     a, b, c = (float(value) for value in axis)
+    if (a, b, c) == (0, 0, 1):
+        return points[:, 2]
     with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite stay so, and fall out later
         return a * points[:, 0] + b * points[:, 1] + c * points[:, 2]
 
@@ -187,17 +189,16 @@ def _count(cloud: Cloud, view: View, step: float, low: FloatArray, shape: tuple[
     """How many points of the slab lie over each cell, and where the floor was seen."""
     size = shape[0] * shape[1]
     slab, floor = np.zeros(size, np.int32), np.zeros(size, bool)
+    left, bottom = map(float, low)  # numpy's own float64 would make float32 points wide
     for block in cloud.blocks():
         x, y, height = view.look(block)
-        column, row = (x - low[0]) / step, (y - low[1]) / step
+        column, row = (x - left) / step, (y - bottom) / step
         inside = (column >= 0) & (column < shape[1]) & (row >= 0) & (row < shape[0])
-        cells = _cells(row, column, inside & (height >= view.low) & (height <= view.high), shape[1])
-        # bincount makes an array of the whole map: for few points counting one by one is cheaper
-        if len(cells) > size // 50:
-            np.add(slab, np.bincount(cells, minlength=size), out=slab, casting="unsafe")
-        else:
-            np.add.at(slab, cells, 1)
-        floor[_cells(row, column, inside & (height >= -FLOOR_BELOW_M) & (height <= FLOOR_ABOVE_M), shape[1])] = True
+        walls = inside & (height >= view.low) & (height <= view.high)
+        # a Python 1 would be cast for every point
+        np.add.at(slab, _cells(row, column, walls, shape[1]), np.int32(1))
+        ground = inside & (height >= -FLOOR_BELOW_M) & (height <= FLOOR_ABOVE_M)
+        floor[_cells(row, column, ground, shape[1])] = True
     return slab.reshape(shape), floor.reshape(shape)
 
 

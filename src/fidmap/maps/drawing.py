@@ -31,6 +31,7 @@ MAX_SHAPES = 500_000
 MAX_CORNERS = 5_000_000
 MAX_STEPS = 60_000_000
 PIECES = 10
+BLOCK_STEPS = 1_000_000
 SUBCELL_BITS = 4
 
 
@@ -70,8 +71,7 @@ def drawing_grid(drawing: Drawing, path: Path, name: str, kind: str, overrides: 
     """
     shapes = _chosen(drawing.shapes, overrides.layers, name)
     step = overrides.resolution_m or RESOLUTION_M
-    outlines = [shape.points * drawing.unit_m for shape in shapes]
-    corners = np.concatenate(outlines)
+    corners = np.concatenate([shape.points for shape in shapes]) * drawing.unit_m
     if not (np.isfinite(corners).all() and np.abs(corners).max() < 1e8):
         raise BrokenRecordError("its places are not finite")
     low = np.floor((corners.min(axis=0) - MARGIN_M) / step) * step
@@ -82,11 +82,10 @@ def drawing_grid(drawing: Drawing, path: Path, name: str, kind: str, overrides: 
             f"covers {columns:,} x {rows:,} cells of {step:g} m; at most {MAX_SLAB_CELLS // 1_000_000} million are "
             "read, so give its --unit M_PER_UNIT, choose a --layer, or give a larger --resolution",
         )
-    if sum(_length(outline) for outline in outlines) / step * PIECES > MAX_STEPS:
+    if _length(corners, shapes) / step * PIECES > MAX_STEPS:
         raise BrokenRecordError("its lines are longer than those of any map")
     occupancy = np.zeros((rows, columns), np.float32)
-    for shape, outline in zip(shapes, outlines, strict=True):
-        _paint(occupancy, shape, (outline - low) / step)
+    _paint(occupancy, shapes, (corners - low) / step)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     walls = int((occupancy == 1).sum())
     findings = (*drawing.findings, *label_oddities(occupancy.size - walls, 0, walls))
@@ -109,24 +108,51 @@ def _chosen(shapes: Sequence[Shape], layers: tuple[str, ...] | None, name: str) 
     return chosen
 
 
-def _length(outline: FloatArray) -> float:
-    return float(np.hypot(*np.diff(outline, axis=0).T).sum())
+def _length(corners: FloatArray, shapes: Sequence[Shape]) -> float:
+    """How long all outlines are together."""
+    sides = np.diff(corners, axis=0)
+    sides[np.cumsum([len(shape.points) for shape in shapes])[:-1] - 1] = 0
+    return float(np.hypot(*sides.T).sum())
 
 
-def _paint(occupancy: npt.NDArray[np.float32], shape: Shape, cells: FloatArray) -> None:
-    """One shape into the grid; cells (N, 2) are its corners as (column, row)."""
-    value = 1.0 if shape.occupied else 0.0
-    if shape.filled and len(cells) > 2:
-        # OpenCV counts from the centre of the first cell, in sixteenths
-        fixed = np.rint((cells - 0.5) * 2**SUBCELL_BITS).astype(np.int32)
-        cv2.fillPoly(occupancy, [fixed], value, shift=SUBCELL_BITS)
-        cells = np.vstack([cells, cells[:1]])
-    if not shape.occupied:
+def _paint(occupancy: npt.NDArray[np.float32], shapes: Sequence[Shape], cells: FloatArray) -> None:
+    """Shapes into the grid, in their order; cells (N, 2) are their corners as (column, row).
+
+    Dark outlines wait for a light shape, or for the last one: together they are drawn much quicker.
+    """
+    waiting: list[FloatArray] = []
+    end = 0
+    for shape in shapes:
+        begin, end = end, end + len(shape.points)
+        outline = cells[begin:end]
+        if not shape.occupied:
+            _trace(occupancy, waiting)
+            waiting = []
+        if shape.filled and len(outline) > 2:
+            # OpenCV counts from the centre of the first cell, in sixteenths
+            fixed = np.rint((outline - 0.5) * 2**SUBCELL_BITS).astype(np.int32)
+            cv2.fillPoly(occupancy, [fixed], 1.0 if shape.occupied else 0.0, shift=SUBCELL_BITS)
+            outline = np.vstack([outline, outline[:1]])
+        if shape.occupied:
+            waiting.append(outline)
+    _trace(occupancy, waiting)
+
+
+def _trace(occupancy: npt.NDArray[np.float32], outlines: Sequence[FloatArray]) -> None:
+    """Every cell that the outlines, each (N, 2), run through, in pieces of at most a tenth of a cell."""
+    if not outlines:
         return
-    sides = np.diff(cells, axis=0)
-    counts = np.ceil(np.hypot(*sides.T) * PIECES).astype(int) + 1
-    first = np.repeat(np.cumsum(counts) - counts, counts)
-    share = (np.arange(counts.sum()) - first) / np.repeat(counts, counts)
-    places = np.repeat(cells[:-1], counts, axis=0) + share[:, None] * np.repeat(sides, counts, axis=0)
-    column, row = np.concatenate([places, cells[-1:]]).astype(int).T
+    ends = np.cumsum([len(outline) for outline in outlines])
+    corners = np.concatenate(outlines)
+    column, row = corners[ends - 1].astype(int).T
     occupancy[row, column] = 1
+    sides = np.delete(np.diff(corners, axis=0), ends[:-1] - 1, axis=0)
+    begins = np.delete(corners, ends - 1, axis=0)
+    counts = np.ceil(np.hypot(*sides.T) * PIECES).astype(int) + 1
+    until = np.cumsum(counts)
+    for done in range(0, int(counts.sum()), BLOCK_STEPS):
+        step = np.arange(done, min(done + BLOCK_STEPS, int(until[-1])))
+        side = np.searchsorted(until, step, side="right")
+        share = (step - until[side] + counts[side]) / counts[side]
+        column, row = (begins[side] + share[:, None] * sides[side]).astype(int).T
+        occupancy[row, column] = 1

@@ -9,7 +9,6 @@ each axis; areas are compared by voxels, because points are dense near the senso
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,16 +54,18 @@ def find_floor(points: FloatArray, axis: str | None = None) -> Floor:
     best, best_score = None, LEAST_SHARE * len(tried)
     spread = np.cov(tried.T.astype(float)) if len(tried) > 1 else np.eye(3)
     thinnest = math.sqrt(max(float(np.linalg.eigvalsh(spread)[0]), THICKNESS_M**2))
-    for normals, heights in _proposals(voxels, wanted if axis else None):
-        distances = tried @ normals.T.astype(np.float32) - (heights - normals @ middle).astype(np.float32)
-        flat = (np.abs(distances) < THICKNESS_M).sum(axis=0)
-        beneath = (distances < -3 * THICKNESS_M).mean(axis=0)
-        preference = np.where(normals @ wanted > math.cos(math.pi / 4), 1.0, BESIDE_Z)
-        across = np.sqrt(np.einsum("ij,jk,ik->i", normals, spread, normals))
-        scores = flat * preference * np.maximum(0, 1 - 10 * beneath) * thinnest / np.maximum(across, thinnest)
+    normals, heights = _proposals(voxels)
+    distances = normals.astype(np.float32) @ tried.T - (heights - normals @ middle).astype(np.float32)[:, None]
+    flat = np.count_nonzero(np.abs(distances) < THICKNESS_M, axis=1)
+    across = np.sqrt(np.einsum("ij,jk,ik->i", normals, spread, normals))
+    fair = flat * thinnest / np.maximum(across, thinnest)
+    for sign in (1.0, -1.0):
+        beneath = np.count_nonzero(distances * np.float32(sign) < -3 * THICKNESS_M, axis=1) / len(tried)
+        near = sign * normals @ wanted > math.cos(math.pi / 4)
+        scores = fair * np.where(near, 1.0, 0.0 if axis else BESIDE_Z) * np.maximum(0, 1 - 10 * beneath)
         k = int(np.argmax(scores))
         if scores[k] > best_score:
-            best, best_score = (normals[k], float(heights[k])), float(scores[k])
+            best, best_score = (sign * normals[k], sign * float(heights[k])), float(scores[k])
     if best is None:
         return Floor(wanted, float(np.percentile(points @ wanted, 1)), False)
     return _polished(voxels, *best)
@@ -75,33 +76,25 @@ def _thinned(points: FloatArray) -> FloatArray:
     order = np.random.default_rng(0).permutation(len(points))
     side = VOXEL_M
     while True:
-        cells = np.floor((points[order] - points.min(axis=0)) / side)
+        cells = np.floor((points - points.min(axis=0)) / side)
         shape = cells.max(axis=0) + 1
         keys = (cells[:, 0] * shape[1] + cells[:, 1]) * shape[2] + cells[:, 2]
-        first = np.sort(np.unique(keys, return_index=True)[1])
+        first = np.sort(np.unique(keys[order], return_index=True)[1])
         if len(first) <= 5 * MAX_VOXELS or side > 100:
-            return points[order][first][:MAX_VOXELS]
+            return points[order[first[:MAX_VOXELS]]]
         side *= 2
 
 
-def _proposals(voxels: FloatArray, wanted: FloatArray | None) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Planes as normals (K, 3) with heights (K,), each from both sides."""
+def _proposals(voxels: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Planes as normals (K, 3) with heights (K,); either side of one may be up."""
     rng = np.random.default_rng(1)
     a, b, c = (voxels[rng.integers(0, len(voxels), TRIPLES)] for _ in range(3))
     normals = np.cross(b - a, c - a)
     size = np.linalg.norm(normals, axis=1)
     real = size > 1e-9
     normals, start = normals[real] / size[real, None], a[real]
-    aligned, heights = _layers(voxels)
-    normals = np.vstack([normals, aligned])
-    heights = np.concatenate([np.einsum("ij,ij->i", normals[: len(start)], start), heights])
-    for sign in (1.0, -1.0):
-        side, level = sign * normals, sign * heights
-        if wanted is not None:
-            near = side @ wanted > math.cos(math.pi / 4)
-            side, level = side[near], level[near]
-        if len(side):
-            yield side, level
+    aligned, levels = _layers(voxels)
+    return np.vstack([normals, aligned]), np.concatenate([np.einsum("ij,ij->i", normals, start), levels])
 
 
 def _layers(voxels: FloatArray) -> tuple[FloatArray, FloatArray]:

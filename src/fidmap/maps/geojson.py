@@ -60,7 +60,7 @@ def _names(feature: dict[str, Any]) -> frozenset[str]:
     """What a feature may be chosen by: its id and its telling properties."""
     properties = feature.get("properties")
     known = properties if isinstance(properties, dict) else {}
-    words = [feature.get("id"), *(known.get(key) for key in NAMING)]
+    words = [feature.get("id"), *(known[key] for key in NAMING if key in known)]
     return frozenset(str(word).lower() for word in words if isinstance(word, str | int))
 
 
@@ -75,17 +75,19 @@ def _geometry(kind: str, coordinates: Any, names: frozenset[str]) -> Iterator[Sh
 
 def _corners(ring: Any) -> FloatArray:
     try:
-        points = np.array([[float(place[0]), float(place[1])] for place in ring], float).reshape(-1, 2)
+        points = np.array([place[:2] for place in ring], float)
     except (TypeError, ValueError, IndexError, KeyError, OverflowError):
         raise BrokenRecordError("a line of it is no list of places") from None
-    if not np.isfinite(points).all():
-        raise BrokenRecordError("its places are not finite")
-    return points
+    if len(points) and points.shape[1:] != (2,):
+        raise BrokenRecordError("a line of it is no list of places")
+    return points.reshape(-1, 2)
 
 
 def _placed(shapes: list[Shape], unit_m: float | None) -> Drawing:
     """Planar with a given unit; degrees on a plane at their middle; or metres where the extent is no building's."""
     corners = np.concatenate([s.points for s in shapes if len(s.points)] or [np.zeros((1, 2))])
+    if not np.isfinite(corners).all():
+        raise BrokenRecordError("its places are not finite")
     low, high = corners.min(axis=0), corners.max(axis=0)
     if unit_m is not None:
         return Drawing(shapes, unit_m)

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import io
 import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
-from PIL import BmpImagePlugin, ImageFile, JpegImagePlugin, PngImagePlugin, TiffImagePlugin
+from PIL import BmpImagePlugin, Image, ImageFile, JpegImagePlugin, PngImagePlugin, TiffImagePlugin
 
 from fidmap.maps import netpbm
 from fidmap.maps.files import check_size, fault
@@ -31,6 +32,7 @@ _DECODERS: dict[bytes, tuple[str, type[ImageFile.ImageFile]]] = {
 }
 _MODES = {"1", "L", "LA", "I;16", "I;16B", "P", "PA", "RGB", "RGBA", "RGBX", "CMYK", "YCbCr"}
 _BLOCK_ROWS = 64
+_FEW_ROWS = 16  # whose sums stay in the processor's cache
 MOST_PIXELS_PER_BYTE = 512  # of a JPEG: at least one bit for each block of 8 x 8
 Channels = Literal["brightness", "mean", "mean-with-alpha"]
 
@@ -59,6 +61,14 @@ class Picture:
     format: str
     image: ImageFile.ImageFile | None
     samples: netpbm.Samples | None = None
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        if self.image is not None:
+            return self.image.height, self.image.width
+        assert self.samples is not None, "a picture has an image or samples"
+        return self.samples.shape[0], self.samples.shape[1]
 
 
 def decode(data: bytes, subject: object, channels: Channels = "brightness") -> Raster:
@@ -142,20 +152,32 @@ def _raster(image: ImageFile.ImageFile, wanted: Channels) -> Raster:
     if mode == "P":
         return _palette(image, clear)
     if mode in {"LA", "RGBA"}:
-        channels = np.asarray(image)
-        grey = np.ascontiguousarray(channels[..., 0]) if mode == "LA" else _luma(channels[..., :3])
-        transparent = channels[..., -1] < 255
+        grey, transparent = np.empty(image.size[::-1], np.uint8), np.empty(image.size[::-1], bool)
+        for rows, block in strips(image):
+            grey[rows] = block[..., 0] if mode == "LA" else _luma(block)
+            transparent[rows] = block[..., -1] < 255
         return Raster(grey, transparent if transparent.any() else None)
     if mode.startswith("I;16"):
         wide = np.asarray(image).astype(np.uint16, copy=False)
         narrow = look_up((np.arange(65536) // 257).astype(np.uint8), wide)
         return Raster(narrow, None if clear is None else wide == clear)
     if mode in {"L", "1"}:
-        grey = np.asarray(image.convert("L"))
+        grey = np.asarray(image if mode == "L" else image.convert("L"))
         unit = 255 // (2 ** image.info["fidmap_bits"] - 1)
         return Raster(grey, None if clear is None else grey == clear * (unit if mode == "L" else 1))
-    colour = np.asarray(image if mode == "RGB" else image.convert("RGB"))
-    return Raster(_luma(colour), None if clear is None else (colour == np.asarray(clear)).all(axis=-1))
+    grey, hidden = np.empty(image.size[::-1], np.uint8), np.zeros(image.size[::-1], bool)
+    for rows, block in strips(image if mode == "RGB" else image.convert("RGB")):
+        grey[rows] = _luma(block)
+        if clear is not None:
+            hidden[rows] = (block == np.asarray(clear)).all(axis=-1)
+    return Raster(grey, None if clear is None else hidden)
+
+
+def strips(image: Image.Image) -> Iterator[tuple[slice, Bytes]]:
+    """Rows of an image and their samples, block by block: Pillow takes three times the memory for all at once."""
+    for top in range(0, image.height, _BLOCK_ROWS):
+        rows = slice(top, min(top + _BLOCK_ROWS, image.height))
+        yield rows, np.asarray(image.crop((0, rows.start, image.width, rows.stop)))
 
 
 def _combined(colour: netpbm.Samples, wanted: Channels) -> Raster:
@@ -194,15 +216,17 @@ def _palette(image: ImageFile.ImageFile, clear: int | bytes | None) -> Raster:
 
 
 def _luma(colour: netpbm.Samples) -> Bytes:
-    """floor(0.299 R + 0.587 G + 0.114 B) of (H, W, 3), in integers: floats would turn a grey g into g - 1.
+    """floor(0.299 R + 0.587 G + 0.114 B) of (H, W, 3 or more), in integers: floats would turn a grey g into g - 1.
 
     16-bit samples are reduced after the sum, as GraphicsMagick does for nav2_map_server.
     """
     grey = np.empty(colour.shape[:2], np.uint8)
     divisor = np.uint32(257_000 if colour.dtype == np.uint16 else 1000)
-    for top in range(0, len(colour), _BLOCK_ROWS):
-        block = colour[top : top + _BLOCK_ROWS].astype(np.uint32)
-        grey[top : top + _BLOCK_ROWS] = (
-            block[..., 0] * np.uint32(299) + block[..., 1] * np.uint32(587) + block[..., 2] * np.uint32(114)
-        ) // divisor
+    for top in range(0, len(colour), _FEW_ROWS):
+        block = colour[top : top + _FEW_ROWS]
+        total = block[..., 0] * np.uint32(299)
+        total += block[..., 1] * np.uint32(587)
+        total += block[..., 2] * np.uint32(114)
+        total //= divisor
+        grey[top : top + _FEW_ROWS] = total
     return grey

@@ -74,7 +74,11 @@ def _header(head: bytes) -> Header:
 
 def _metres(rows: npt.NDArray[np.int32], header: Header) -> Points:
     """X, Y and Z (n, 3) to metres."""
-    return np.asarray(rows * np.array(header.scale) + np.array(header.offset))
+    points = np.empty(rows.shape, np.float64, order="F")
+    for k, (scale, offset) in enumerate(zip(header.scale, header.offset, strict=True)):
+        np.multiply(rows[:, k], scale, out=points[:, k])
+        points[:, k] += offset
+    return points
 
 
 def _plain(path: Path, header: Header) -> Iterator[Points]:

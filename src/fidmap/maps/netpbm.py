@@ -7,6 +7,7 @@ take many seconds for a large map.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +23,8 @@ _MAGIC = re.compile(rb"P[1-6](?=[\s#])")
 _NUMBER = re.compile(rb"(?:\s|#[^\r\n]*[\r\n])*([0-9]{1,9})(?![0-9])")
 _COMMENT = re.compile(rb"#[^\r\n]*")
 _SPACE = b" \t\r\n\v\f"
+_SPACES = tuple(bytes([code]) for code in _SPACE)
+_PIECE_BYTES = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -119,26 +122,41 @@ def _raw_samples(data: bytes, header: Header, subject: object) -> Samples:
     return np.frombuffer(data, np.uint8, header.samples, header.start)
 
 
-def _text(data: bytes, header: Header, allowed: bytes, subject: object) -> bytes:
-    """The samples' text of a plain file without comments; refuses whatever is no number."""
-    text = _COMMENT.sub(b" ", data[header.start - 1 :])
-    if text.translate(None, allowed + _SPACE):
-        raise fault(
-            subject,
-            f"is a P{header.kind} file with text among its numbers; expected numbers, so save it again",
-        )
-    return text
+def _pieces(data: bytes, header: Header, allowed: bytes, subject: object) -> Iterator[bytes]:
+    """The samples' text of a plain file, in pieces that end at space and without comments.
+
+    Raises:
+        MapFileError: there is something else than numbers.
+    """
+    commented = data.find(b"#", header.start - 1) >= 0
+    text = _COMMENT.sub(b" ", data[header.start - 1 :]) if commented else data
+    at = 0 if commented else header.start - 1
+    while at < len(text):
+        piece = text[at : at + _PIECE_BYTES]
+        if at + len(piece) < len(text):
+            piece = piece[: 1 + max(piece.rfind(space) for space in _SPACES)]
+        if not piece or piece.translate(None, allowed + _SPACE):
+            raise fault(
+                subject, f"is a P{header.kind} file with text among its numbers; expected numbers, so save it again"
+            )
+        yield piece
+        at += len(piece)
 
 
-def _plain_samples(data: bytes, header: Header, subject: object) -> npt.NDArray[np.uint32]:
+def _plain_samples(data: bytes, header: Header, subject: object) -> Samples:
     """Decimal samples; numpy's own parser, because a Python loop takes seconds for a large map."""
-    text = _text(data, header, b"0123456789", subject)
     # Two characters hold at most one sample: without this a tiny file could ask for gigabytes.
-    if len(text) + 1 < 2 * header.samples:
-        raise _truncated(subject, header, len(text.split()), header.samples)
-    samples = np.fromstring(text, np.uint32, header.samples, sep=" ") if text.strip() else np.empty(0, np.uint32)
-    if len(samples) < header.samples:
-        raise _truncated(subject, header, len(samples), header.samples)
+    most = header.samples if len(data) - header.start + 2 >= 2 * header.samples else 0
+    wide = header.maxval > 255
+    samples: Samples = np.empty(most, np.uint16 if wide else np.uint8)
+    found = 0
+    for piece in _pieces(data, header, b"0123456789", subject):
+        numbers = np.fromstring(piece, np.uint32, sep=" ") if piece.strip() else np.empty(0, np.uint32)
+        part = numbers[: max(0, most - found)]
+        samples[found : found + len(part)] = np.minimum(part, 65535 if wide else 255)
+        found += len(numbers)
+    if found < header.samples:
+        raise _truncated(subject, header, found, header.samples)
     return samples
 
 
@@ -146,7 +164,7 @@ def _bits(data: bytes, header: Header, subject: object) -> npt.NDArray[np.uint8]
     """A bitmap: 1 is black (0), 0 is white (255); rows of a binary one are padded to whole bytes."""
     shape = (header.height, header.width)
     if header.plain:
-        digits = _text(data, header, b"01", subject).translate(None, _SPACE)
+        digits = b"".join(piece.translate(None, _SPACE) for piece in _pieces(data, header, b"01", subject))
         if len(digits) < header.samples:
             raise _truncated(subject, header, len(digits), header.samples)
         ones = np.frombuffer(digits, np.uint8, header.samples).reshape(shape) == ord("1")

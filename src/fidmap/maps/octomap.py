@@ -19,7 +19,7 @@ from fidmap.model import FloatArray, Grid
 
 BINARY = b"# Octomap OcTree binary file"
 MAX_BYTES = 400_000_000
-SAMPLE = 300_000
+SAMPLE = 100_000
 Square = tuple[npt.NDArray[np.int32], npt.NDArray[np.int32], int]  # column and row of the lower left, side
 
 
@@ -120,5 +120,5 @@ def _painted(squares: list[Square], corner: tuple[int, int], shape: tuple[int, i
         left, right = (np.clip(columns - corner[0] + d, 0, shape[1]) for d in (0, side))
         lower, upper = (np.clip(rows - corner[1] + d, 0, shape[0]) for d in (0, side))
         for row, column, sign in ((lower, left, 1), (lower, right, -1), (upper, left, -1), (upper, right, 1)):
-            np.add.at(steps, (row, column), sign)
+            np.add.at(steps, (row, column), np.int32(sign))
     return np.asarray(steps.cumsum(axis=0).cumsum(axis=1)[:-1, :-1] > 0)

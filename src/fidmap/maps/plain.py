@@ -27,8 +27,10 @@ def read(file: Path, name: str, overrides: Overrides) -> Grid:
     digest = hashlib.sha256(data).hexdigest()
     del data
     place = None if overrides.resolution_m is not None else _place(picture, file, name)
-    if (kinds := robocup.recognised(picture)) is not None:
-        return robocup.read(picture, kinds, place, overrides, Source(name, digest, "robocup"))
+    scaled = place is not None or overrides.resolution_m is not None
+    if (drawn := robocup.recognised(picture, scaled)) is not None:
+        del picture  # a colour image takes four bytes a pixel, which the map needs now
+        return robocup.read(drawn, place, overrides, Source(name, digest, "robocup"))
     resolution_m = overrides.resolution_m or (None if place is None else place.pixel_m)
     if resolution_m is None:
         raise fault(

@@ -9,6 +9,7 @@ from __future__ import annotations
 from enum import IntEnum
 from functools import cache
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -82,9 +83,13 @@ def table() -> Bytes:
 
 
 def kinds_of(colours: Bytes) -> Bytes:
-    """(..., 3) colours to (...) kinds."""
-    upper = (colours >> 2).astype(np.uint32)
-    kinds: Bytes = table()[(upper[..., 0] << np.uint32(12)) | (upper[..., 1] << np.uint32(6)) | upper[..., 2]]
+    """(..., 3 or more) colours to (...) kinds; what comes after blue is left aside."""
+    planes = cv2.split(colours.reshape(1, -1, colours.shape[-1]))[:3]
+    index = np.zeros(planes[0].shape, np.uint32)
+    for plane in planes:
+        index <<= np.uint32(6)
+        index |= np.asarray(plane, np.uint8) >> np.uint8(2)
+    kinds: Bytes = table().take(index.reshape(colours.shape[:-1]), mode="clip")
     return kinds
 
 

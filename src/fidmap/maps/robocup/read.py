@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -12,7 +13,7 @@ from PIL.Image import Resampling
 
 from fidmap.maps.files import fault
 from fidmap.maps.georeference import Georeference
-from fidmap.maps.images import Picture
+from fidmap.maps.images import Picture, strips
 from fidmap.maps.overrides import Overrides
 from fidmap.maps.robocup.cells import COVERED, Enlargement, enlargement, to_cells
 from fidmap.maps.robocup.palette import Kind, kinds_of, looks_like_one
@@ -44,47 +45,57 @@ def is_rescue_map(picture: Picture) -> bool:
     return looks_like_one(kinds_of(sample), sample)
 
 
-def recognised(picture: Picture) -> Bytes | None:
-    """(H, W) kinds of a picture in the colours of rescue maps; None for any other picture."""
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """A recognised picture: (H, W) of `Kind`, and of greens where the two tiles have to be told apart."""
+
+    kinds: Bytes
+    green: Bytes | None
+    jpeg: bool
+
+
+def recognised(picture: Picture, scaled: bool) -> Drawn | None:
+    """What a picture in the colours of rescue maps shows, None for any other; `scaled`: its scale is known."""
     if not is_rescue_map(picture):
         return None
-    pixels, palette = _pixels(picture)
-    assert pixels is not None, "only pictures in colour are recognised"
-    if palette is not None:
-        return look_up(kinds_of(palette), pixels)
-    kinds = np.empty(pixels.shape[:2], np.uint8)
-    for top in range(0, len(pixels), _BLOCK_ROWS):
-        kinds[top : top + _BLOCK_ROWS] = kinds_of(pixels[top : top + _BLOCK_ROWS, :, :3])
-    return kinds
-
-
-def _pixels(picture: Picture) -> tuple[Bytes | None, Bytes | None]:
-    """Colours (H, W, 3 or 4), or indices (H, W) and their palette (256, 3); nothing where there is no colour."""
-    if picture.image is None:
-        samples = picture.samples
-        coloured = samples is not None and samples.ndim == 3 and samples.dtype == np.uint8
-        return (samples.astype(np.uint8, copy=False), None) if coloured and samples is not None else (None, None)
-    if picture.image.mode == "P":
+    image = picture.image
+    if image is not None and image.mode == "P":
         palette = np.zeros((256, 3), np.uint8)
-        entries = np.frombuffer(bytes(picture.image.getpalette("RGB") or []), np.uint8).reshape(-1, 3)[:256]
+        entries = np.frombuffer(bytes(image.getpalette("RGB") or []), np.uint8).reshape(-1, 3)[:256]
         palette[: len(entries)] = entries
-        return np.asarray(picture.image), palette
-    if picture.image.mode in {"RGB", "RGBA", "RGBX"}:
-        return np.asarray(picture.image)[..., :3], None
-    if picture.image.mode in {"CMYK", "YCbCr"}:
-        return np.asarray(picture.image.convert("RGB")), None
-    return None, None
+        index = np.asarray(image)
+        green = None if scaled else look_up(np.ascontiguousarray(palette[:, 1]), index)
+        return Drawn(look_up(kinds_of(palette), index), green, picture.format == "JPEG")
+    kinds = np.empty(picture.shape, np.uint8)
+    green = None if scaled else np.empty(picture.shape, np.uint8)
+    for rows, colours in _colours(picture):
+        kinds[rows] = kinds_of(colours)
+        if green is not None:
+            green[rows] = colours[..., 1]
+    return Drawn(kinds, green, picture.format == "JPEG")
 
 
-def read(picture: Picture, kinds: Bytes, place: Georeference | None, overrides: Overrides, source: Source) -> Grid:
+def _colours(picture: Picture) -> Iterator[tuple[slice, Bytes]]:
+    """Blocks of rows (n, W, 3 or more) of a picture in colours without a palette."""
+    image, samples = picture.image, picture.samples
+    if image is not None:
+        yield from strips(image if image.mode.startswith("RGB") else image.convert("RGB"))
+        return
+    assert samples is not None, "a picture has an image or samples"
+    for top in range(0, len(samples), _BLOCK_ROWS):
+        yield slice(top, top + _BLOCK_ROWS), samples[top : top + _BLOCK_ROWS].astype(np.uint8, copy=False)
+
+
+def read(drawn: Drawn, place: Georeference | None, overrides: Overrides, source: Source) -> Grid:
     """The grid of a recognised picture.
 
     Raises:
         MapFileError: neither tags nor world file nor drawn scale say how large a cell is.
     """
-    if picture.format == "JPEG":
+    kinds = drawn.kinds
+    if drawn.jpeg:
         _settle_bars(kinds)
-    metre = None if place or overrides.resolution_m else pixels_per_metre(kinds, _green(picture))
+    metre = None if drawn.green is None else pixels_per_metre(kinds, drawn.green)
     if place is None and overrides.resolution_m is None and metre is None:
         raise fault(
             source.name,
@@ -94,7 +105,7 @@ def read(picture: Picture, kinds: Bytes, place: Georeference | None, overrides: 
     _settle_margin(kinds)
     kinds[kinds == Kind.BAR] = Kind.OVER
     crosbot = place is not None and place.source == "world file, y upwards"
-    scale = Enlargement() if crosbot else enlargement(kinds, 0.75 if picture.format == "JPEG" else 0.9)
+    scale = Enlargement() if crosbot else enlargement(kinds, 0.75 if drawn.jpeg else 0.9)
     pixel_m = place.pixel_m if place else 1 / metre if metre else 0.0
     resolution_m = overrides.resolution_m or pixel_m * scale.factor
     cells = to_cells(kinds, scale)
@@ -104,15 +115,6 @@ def read(picture: Picture, kinds: Bytes, place: Georeference | None, overrides: 
     origin = overrides.corner(overrides.origin or pose, resolution_m)
     occupancy = look_up(_OCCUPANCY, np.ascontiguousarray(upright))
     return Grid(occupancy, resolution_m, origin, source=replace(source, findings=findings))
-
-
-def _green(picture: Picture) -> Bytes:
-    """Brightness enough to tell the two tiles apart, without another copy of all colours."""
-    if picture.image is not None and picture.image.mode in {"RGB", "RGBA", "RGBX"}:
-        return np.asarray(picture.image.getchannel("G"))
-    pixels, palette = _pixels(picture)
-    assert pixels is not None, "only pictures in colour are recognised"
-    return pixels[..., 1] if palette is None else look_up(np.ascontiguousarray(palette[:, 1]), pixels)
 
 
 def _settle_bars(kinds: Bytes) -> None:

@@ -14,7 +14,11 @@ from fidmap.maps import read_map
 from fidmap.model import Pose2
 from map_files import sentence, write_map, write_pgm, write_yaml
 
-READABLE = "a map_server YAML or a PGM, PNG, BMP, JPEG or TIFF image"
+READABLE = (
+    "a map_server YAML, an image (PGM, PNG, BMP, JPEG, TIFF), a bag or MCAP file, a 3D map (PLY, PCD, LAS, LAZ, "
+    "OctoMap), a drawing (SVG, DXF, GeoJSON) or an RTAB-Map database"
+)
+IMAGE = "a PGM, PNG, BMP, JPEG or TIFF image"
 TOO_LARGE = "announces 100000 x 100000 cells; at most 400 million are read, so crop it or save it with larger cells"
 KEYS = "image, resolution, origin, negate, occupied_thresh, free_thresh"
 
@@ -42,7 +46,7 @@ def png_header(width: int, height: int) -> bytes:
             b"II*\0\x08\0\0\0\xff\xfe",
             "m.tif is a broken or truncated TIFF image; expected a whole one, so copy or save the map again",
         ),
-        ("m.txt", b"hello", f"m.txt is neither a map_server YAML nor an image; expected {READABLE}"),
+        ("m.txt", b"hello", f"m.txt is no map of a known format; expected {READABLE}"),
         (
             "m.json",
             b'{"a": 1}',
@@ -66,7 +70,7 @@ def png_header(width: int, height: int) -> bytes:
         (
             "m.dat",
             b"\xff" * 70_000,
-            f"m.dat is not an image or a YAML of at most 65,536 bytes; expected {READABLE}",
+            f"m.dat is not a map of a known format, nor a YAML of at most 65,536 bytes; expected {READABLE}",
         ),
         (
             "m.bag",
@@ -113,7 +117,7 @@ def test_missing_image(tmp_path: Path, named: str) -> None:
 @pytest.mark.parametrize(
     ("content", "text"),
     [
-        (b"", f"is empty (0 bytes); expected {READABLE}, so save the map again"),
+        (b"", f"is empty (0 bytes); expected {IMAGE}, so save the map again"),
         (b"GIF89a", "is not a PGM, PNG, BMP, JPEG or TIFF image; save the map in one of these formats"),
         (
             b"version https://git-lfs.github.com/spec/v1\n",
@@ -184,9 +188,14 @@ def test_no_regular_file(tmp_path: Path) -> None:
     assert sentence("none.yaml") == f"none.yaml does not exist; expected {READABLE}, so check the path"
     assert sentence("map.yaml/x") == f"map.yaml/x does not exist; expected {READABLE}, so check the path"
     assert sentence("folder") == f"folder is a directory; expected {READABLE}, so name the file inside it"
+    (tmp_path / "folder" / "a.yaml").touch()
+    assert sentence("folder") == f"folder is a directory; expected {READABLE}, so name a file inside it, such as a.yaml"
+    (tmp_path / "folder" / "a.yaml").unlink()
+    (tmp_path / "link").symlink_to("nowhere")
+    assert sentence("link") == "link is a link to a file that does not exist; put that back or name the file"
     assert sentence("pipe") == f"pipe is a device or a pipe; expected {READABLE}, so save it to a file first"
     assert sentence("map.yaml") == (
-        f"map.yaml: its image folder is a directory; expected {READABLE}, so name the file inside it"
+        f"map.yaml: its image folder is a directory; expected {IMAGE}, so name the file inside it"
     )
 
 

@@ -13,7 +13,11 @@ import pytest
 
 from command_line import ONE, documents, evening, fault, fidmap
 
-READABLE = "a map_server YAML or a PGM, PNG, BMP, JPEG or TIFF image"
+READABLE = (
+    "a map_server YAML, an image (PGM, PNG, BMP, JPEG, TIFF), a bag or MCAP file, a 3D map (PLY, PCD, LAS, LAZ, "
+    "OctoMap), a drawing (SVG, DXF, GeoJSON) or an RTAB-Map database"
+)
+IMAGE = "a PGM, PNG, BMP, JPEG or TIFF image"
 
 
 @pytest.fixture(autouse=True)
@@ -59,7 +63,7 @@ MAPS: list[tuple[str, Callable[[], object], str]] = [
     ("wrong magic", bytes_of("good.pgm", b"P9\n1 1\n255\n\0"),
      "good.yaml: its image good.pgm is not a PGM, PNG, BMP, JPEG or TIFF image; save the map in one of these formats"),
     ("empty image", bytes_of("good.pgm", b""),
-     f"good.yaml: its image good.pgm is empty (0 bytes); expected {READABLE}, so save the map again"),
+     f"good.yaml: its image good.pgm is empty (0 bytes); expected {IMAGE}, so save the map again"),
     ("too large", bytes_of("good.pgm", huge_png()),
      "good.yaml: its image good.pgm announces 100000 x 100000 cells; at most 400 million are read, so crop it or "
      "save it with larger cells"),

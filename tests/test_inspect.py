@@ -219,6 +219,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, case: SynthCase) -> 
     return tmp_path
 
 
+@pytest.mark.parametrize("shape", [(1, 1), (1, 2), (500, 1), (1, 500), (3, 4), (5, 5)])
+@pytest.mark.parametrize("p", [0.0, 1.0, np.nan])
+def test_tiny_maps(shape: tuple[int, int], p: float) -> None:
+    """A map of one cell, or one cell wide, free, occupied or unknown, is inspected like any other."""
+    assert set(codes(Grid(np.full(shape, p, np.float32), 0.05))) <= {"empty-margins"}
+
+
 @pytest.mark.usefixtures("folder")
 def test_inspect_json() -> None:
     """One valid line per map, in order, also for one that cannot be used."""
@@ -230,6 +237,18 @@ def test_inspect_json() -> None:
     assert sum(good["histogram"]["percent"]) + good["histogram"]["no_value"] == good["width"] * good["height"]
     assert [f["code"] for f in good["findings"]] == ["unknown-loads-as-free"]
     assert bad["error"]["code"] == "map-file"
+
+
+def test_findings_beside_an_error(folder: Path) -> None:
+    """A map whose image is missing: one sentence, then what its YAML shows; both in the line of JSON."""
+    (folder / "map.pgm").unlink()
+    told = fidmap("inspect", "map.yaml").stderr.splitlines()
+    (document,) = documents(fidmap("inspect", "map.yaml", "--json").stdout, "inspect")
+
+    assert told[0].startswith("fidmap: map.yaml names the image map.pgm, which does not exist; ")
+    assert told[1].startswith("fidmap: warning: unknown-loads-as-free: free_thresh 0.25 would load grey 205, ")
+    assert told[1].endswith(" (--free-thresh 0.196)")
+    assert [f["code"] for f in document["findings"]] == ["unknown-loads-as-free"]
 
 
 @pytest.mark.usefixtures("folder")

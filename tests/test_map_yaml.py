@@ -49,9 +49,47 @@ def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 )
 def test_faulty_yaml(tmp_path: Path, changed: dict[str, str | None], faults: str) -> None:
     """Every fault of a YAML is told at once, each with its key, its value and what was expected."""
+    write_map(tmp_path, [[0, 205, 254]])
     write_yaml(tmp_path, **changed)
 
     assert sentence("map.yaml") == f"map.yaml is not a valid map_server YAML: {faults}; correct the file"
+
+
+def test_faults_and_a_missing_image_are_told_together(tmp_path: Path) -> None:
+    """Who corrects the YAML should not learn only then that its image is missing too."""
+    write_yaml(tmp_path, negate=None, mode="ternary", image="/home/team/a.pgm")
+
+    assert sentence("map.yaml") == (
+        "map.yaml is not a valid map_server YAML: lacks negate; mode is 'ternary', expected trinary, scale or raw; "
+        "its image /home/team/a.pgm does not exist; correct the file"
+    )
+
+
+@pytest.mark.parametrize(
+    ("changed", "codes"),
+    [
+        ({}, []),
+        ({"free_thresh": "0.25"}, ["unknown-loads-as-free"]),
+        ({"free_thresh": "0.25", "mode": "raw"}, []),
+        ({"negate": "1"}, ["inverted"]),
+        ({"free_thresh": "0.7"}, ["thresholds", "unknown-loads-as-free"]),
+        ({"origin": "[0, 0, 0.1]", "image": "C:\\maps\\a.pgm"}, ["foreign-image-path", "yaw-ignored-by-ros"]),
+        (
+            {"free_thresh": "0.25", "origin": "[1, 2, -1.6]", "image": "/home/team/a.pgm", "resolution": "-1"},
+            ["unknown-loads-as-free", "foreign-image-path", "yaw-ignored-by-ros"],
+        ),
+    ],
+)
+@pytest.mark.parametrize("broken", [False, True])
+def test_findings_without_the_image(tmp_path: Path, changed: dict[str, str], codes: list[str], broken: bool) -> None:
+    """What the YAML alone shows is told beside the image that is missing or broken, or the key at fault."""
+    write_yaml(tmp_path, **{"free_thresh": "0.196", **changed})
+    if broken:
+        (tmp_path / "map.png").write_bytes(b"P5 3 2 255\n")
+    with pytest.raises(MapFileError) as error:
+        read_map("map.yaml")
+
+    assert [finding.code for finding in error.value.findings] == codes
 
 
 @pytest.mark.parametrize(

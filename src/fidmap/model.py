@@ -38,9 +38,10 @@ class FidmapError(Exception):
 
 
 class MapFileError(FidmapError):
-    """A map file that cannot be read."""
+    """A map file that cannot be read; `findings`: what can be said about the map all the same."""
 
     code = "map-file"
+    findings: tuple[Finding, ...] = ()
 
 
 class ArenaFileError(FidmapError):

@@ -72,7 +72,7 @@ def _one(job: InspectJob, name: str, out: Path | None, json: bool, fix: bool) ->
     from rich.console import Console
 
     from fidmap.model import OutputError
-    from fidmap.report.inspection import print_inspection
+    from fidmap.report.inspection import finding_line, print_inspection
     from fidmap.report.json_line import json_line
     from fidmap.study.inspection import examine
 
@@ -81,6 +81,8 @@ def _one(job: InspectJob, name: str, out: Path | None, json: bool, fix: bool) ->
         typer.echo(json_line(document))
     if seen is None:
         complain(document["error"]["text"])
+        for finding in document.get("findings", ()):
+            complain(finding_line(finding))
         return UNUSABLE
     if not json:
         print_inspection(Console(), document, seen.grid)

@@ -58,6 +58,8 @@ def smooth_share(grid: Grid) -> float:
     Of a large map the middle is looked at.
     """
     p = _middle(grid.occupancy)
+    if min(p.shape) < 5:
+        return 0.0
     grey = np.where(np.isnan(p), np.float32(51), 255 * p).astype(np.uint8)  # unknown as map savers write it: 0.2
     window = np.ones((5, 5), np.uint8)
     change = cv2.dilate(grey, window) - cv2.erode(grey, window)

@@ -33,7 +33,7 @@ def wall_findings(grid: Grid, labels: Bytes) -> tuple[Finding, ...]:
         found.append(Finding("warning", "doubled-walls", text))
     inner = cv2.erode(walls, np.ones((5, 5), np.uint8))
     solid = int(np.count_nonzero(inner)) / max(1, int(np.count_nonzero(walls)))
-    if solid > SOLID_SHARE:
+    if solid > SOLID_SHARE and not walls.all():  # of a map of nothing else the depth is endless
         thick = 4 * float(np.median(_depth(walls))) * grid.resolution_m
         text = (
             f"walls are drawn solid, about {thick:.2f} m thick: either they are so, or they were blurred or thickened, "

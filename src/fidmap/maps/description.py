@@ -16,7 +16,7 @@ import yaml
 from fidmap.maps.cells import MODES, Meaning, Mode
 from fidmap.maps.files import READABLE, fault, printable
 from fidmap.maps.overrides import MAX_RESOLUTION_M, MIN_RESOLUTION_M, Overrides, is_resolution
-from fidmap.model import Pose2
+from fidmap.model import MapFileError, Pose2
 
 MAX_YAML_BYTES = 65_536
 MAX_ALIASES = 16
@@ -39,10 +39,29 @@ class _KeyFaultError(Exception):
 
 
 def parse(data: bytes, subject: object, overrides: Overrides) -> Description:
-    """Check every key of a YAML file; an override stands for its key, which may then be missing or wrong.
+    """Check every key of a YAML file.
 
     Raises:
         MapFileError: one sentence with all faults.
+    """
+    description, faults = understood(data, subject, overrides)
+    if faults:
+        raise refusal(subject, faults)
+    return description
+
+
+def refusal(subject: object, faults: list[str]) -> MapFileError:
+    """The one sentence that names all faults of a YAML file."""
+    return fault(subject, f"is not a valid map_server YAML: {'; '.join(faults)}; correct the file")
+
+
+def understood(data: bytes, subject: object, overrides: Overrides) -> tuple[Description, list[str]]:
+    """What a YAML file says, and its faults; a key at fault counts as if it had the value of a plain image.
+
+    An override stands for its key, which may then be missing or wrong.
+
+    Raises:
+        MapFileError: it is no YAML of a map at all.
     """
     document = load(data, subject)
     faults: list[str] = []
@@ -77,10 +96,8 @@ def parse(data: bytes, subject: object, overrides: Overrides) -> Description:
             overrides.flavour or "nav2",
         ),
     )
-    if faults:
-        raise fault(subject, f"is not a valid map_server YAML: {'; '.join(faults)}; correct the file")
     corner = overrides.corner(description.meaning.origin, description.meaning.resolution_m)
-    return replace(description, meaning=replace(description.meaning, origin=corner))
+    return replace(description, meaning=replace(description.meaning, origin=corner)), faults
 
 
 def load(data: bytes, subject: object) -> dict[str, Any]:
@@ -97,7 +114,7 @@ def load(data: bytes, subject: object) -> dict[str, Any]:
         problem = printable(error.problem, 150)
         raise fault(subject, f"is not valid YAML{where} ({problem}); correct that line") from None
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError):
-        raise fault(subject, f"is neither a map_server YAML nor an image; expected {READABLE}") from None
+        raise fault(subject, f"is no map of a known format; expected {READABLE}") from None
     return _mapping(document, subject)
 
 
@@ -118,7 +135,7 @@ def _screen(data: bytes, subject: object) -> None:
 def _mapping(document: Any, subject: object) -> dict[str, Any]:
     """Tell other files of the house, and what is no map at all, apart from a faulty map."""
     if not isinstance(document, dict):
-        raise fault(subject, f"is neither a map_server YAML nor an image; expected {READABLE}")
+        raise fault(subject, f"is no map of a known format; expected {READABLE}")
     for key, kind, option in (
         ("fidmap_arena", "an arena", "--arena"),
         ("fidmap_profile", "a profile", "--profile"),

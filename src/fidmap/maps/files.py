@@ -5,12 +5,17 @@ A subject is how a sentence about a file starts: the path as the user named it, 
 
 from __future__ import annotations
 
+import itertools
 import stat
 from pathlib import Path
 
 from fidmap.model import MapFileError
 
-READABLE = "a map_server YAML or a PGM, PNG, BMP, JPEG or TIFF image"
+IMAGE = "a PGM, PNG, BMP, JPEG or TIFF image"
+READABLE = (
+    "a map_server YAML, an image (PGM, PNG, BMP, JPEG, TIFF), a bag or MCAP file, a 3D map (PLY, PCD, LAS, LAZ, "
+    "OctoMap), a drawing (SVG, DXF, GeoJSON) or an RTAB-Map database"
+)
 MAX_IMAGE_BYTES = 1_200_000_000
 MAX_CELLS = 400_000_000
 
@@ -34,7 +39,7 @@ def exists(path: Path) -> bool:
         return False
 
 
-def read_bytes(path: Path, subject: object, limit: int, kind: str = "") -> bytes:
+def read_bytes(path: Path, subject: object, limit: int, kind: str = "", expected: str = READABLE) -> bytes:
     """Read a regular file of at most `limit` bytes; without a `kind` only its beginning is read.
 
     Args:
@@ -42,30 +47,33 @@ def read_bytes(path: Path, subject: object, limit: int, kind: str = "") -> bytes
         subject: how sentences about it start.
         limit: largest size in bytes.
         kind: what a larger file is not.
+        expected: what else it may be.
 
     Raises:
         MapFileError: missing, not a regular file, unreadable, empty, or too large; nothing was read then.
     """
     try:
-        size = regular_size(path, subject)
+        size = regular_size(path, subject, expected)
         if kind and size > limit:
-            raise fault(subject, f"is not {kind} of at most {limit:,} bytes; expected {READABLE}")
+            raise fault(subject, f"is not {kind} of at most {limit:,} bytes; expected {expected}")
         with path.open("rb") as file:
             # Asking for `limit` bytes would take that much memory for the smallest file.
             data = file.read(min(size, limit))
     except PermissionError:
         raise fault(subject, "cannot be read: permission denied; make it readable (chmod +r)") from None
     except (FileNotFoundError, NotADirectoryError):
-        raise fault(subject, f"does not exist; expected {READABLE}, so check the path") from None
+        if path.is_symlink():
+            raise fault(subject, "is a link to a file that does not exist; put that back or name the file") from None
+        raise fault(subject, f"does not exist; expected {expected}, so check the path") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise fault(subject, f"cannot be read ({reason}); check the path") from None
     if not data:
-        raise fault(subject, f"is empty (0 bytes); expected {READABLE}, so save the map again")
+        raise fault(subject, f"is empty (0 bytes); expected {expected}, so save the map again")
     return data
 
 
-def regular_size(path: Path, subject: object) -> int:
+def regular_size(path: Path, subject: object, expected: str = READABLE) -> int:
     """Bytes of a regular file; anything else is refused before it is opened: a pipe would wait for ever.
 
     Raises:
@@ -75,10 +83,19 @@ def regular_size(path: Path, subject: object) -> int:
     status = path.stat()
     mode = status.st_mode
     if stat.S_ISDIR(mode):
-        raise fault(subject, f"is a directory; expected {READABLE}, so name the file inside it")
+        raise fault(subject, f"is a directory; expected {expected}, so name {_inside(path)}")
     if not stat.S_ISREG(mode):
-        raise fault(subject, f"is a device or a pipe; expected {READABLE}, so save it to a file first")
+        raise fault(subject, f"is a device or a pipe; expected {expected}, so save it to a file first")
     return status.st_size
+
+
+def _inside(folder: Path) -> str:
+    """What to name instead of a folder: a YAML in it, where there is one."""
+    try:
+        yamls = sorted(path.name for path in itertools.islice(folder.iterdir(), 1000) if path.suffix == ".yaml")
+    except OSError:
+        yamls = []
+    return f"a file inside it, such as {printable(yamls[0], 60)}" if yamls else "the file inside it"
 
 
 def check_size(width: int, height: int, subject: object) -> None:

@@ -11,9 +11,9 @@ from pathlib import Path, PureWindowsPath
 
 from fidmap.maps import images
 from fidmap.maps.cells import code_table, to_grid
-from fidmap.maps.description import MAX_YAML_BYTES, Description, load, parse
-from fidmap.maps.files import MAX_IMAGE_BYTES, exists, fault, printable, read_bytes
-from fidmap.maps.oddities import oddities, yaw_ignored
+from fidmap.maps.description import MAX_YAML_BYTES, Description, load, refusal, understood
+from fidmap.maps.files import IMAGE, MAX_IMAGE_BYTES, exists, fault, printable, read_bytes
+from fidmap.maps.oddities import odd_keys, oddities, yaw_ignored
 from fidmap.maps.overrides import Overrides
 from fidmap.maps.robocup.read import is_rescue_map
 from fidmap.model import Finding, Grid, MapFileError, Source
@@ -34,12 +34,16 @@ def read(path: Path, name: str, overrides: Overrides, noticed: tuple[Finding, ..
     Raises:
         MapFileError: one sentence with everything that is wrong with the YAML, or with its image.
     """
-    data = read_bytes(path, path, MAX_YAML_BYTES, "an image or a YAML")
-    description = parse(data, path, overrides)
-    image_path, foreign = locate_image(description, path)
-    subject = f"{printable(path)}: its image {printable(description.image)}"
-    image = read_bytes(image_path, subject, MAX_IMAGE_BYTES, "an image")
-    picture = images.load(image, subject)
+    data = read_bytes(path, path, MAX_YAML_BYTES, "a map of a known format, nor a YAML")
+    description, faults = understood(data, path, overrides)
+    try:
+        image_path, foreign = _located(description, path, faults)
+        subject = f"{printable(path)}: its image {printable(description.image)}"
+        image = read_bytes(image_path, subject, MAX_IMAGE_BYTES, "an image", IMAGE)
+        picture = images.load(image, subject)
+    except MapFileError as error:
+        error.findings = (*noticed, *_without_image(description, overrides))
+        raise
     altered = pictured(picture)
     raster = images.in_greys(picture, description.meaning.channels)
     del picture  # a colour image takes four bytes a pixel, which the grid needs now
@@ -53,6 +57,39 @@ def read(path: Path, name: str, overrides: Overrides, noticed: tuple[Finding, ..
     findings += (*altered, *shared(image_path, path))
     source = Source(name, digest.hexdigest(), "map_server", findings)
     return to_grid(raster, description.meaning, table, source)
+
+
+def _located(description: Description, path: Path, faults: list[str]) -> tuple[Path, tuple[Finding, ...]]:
+    """The image, where the YAML has no faults; a missing image is told with them.
+
+    Raises:
+        MapFileError: faults, or no such image.
+    """
+    try:
+        found = locate_image(description, path)
+    except MapFileError:
+        if not faults:
+            raise
+        named = [f"its image {printable(description.image)} does not exist"] if description.image else []
+        raise refusal(path, [*faults, *named]) from None
+    if faults:
+        raise refusal(path, faults)
+    return found
+
+
+def _without_image(description: Description, overrides: Overrides) -> tuple[Finding, ...]:
+    """What a YAML shows whose image cannot be read."""
+    meaning, foreign = description.meaning, PureWindowsPath(description.image)
+    found = list(odd_keys(meaning, code_table(meaning)))
+    if foreign.root or foreign.drive:
+        text = (
+            f"the YAML names the image by a path of the machine that wrote it, {printable(description.image)}; name it "
+            f"{printable(foreign.name)} and put it beside the YAML"
+        )
+        found.append(Finding("warning", "foreign-image-path", text))
+    if overrides.origin is None:
+        found += yaw_ignored(meaning.origin)
+    return tuple(found)
 
 
 def pictured(picture: images.Picture) -> tuple[Finding, ...]:

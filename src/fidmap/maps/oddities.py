@@ -51,6 +51,24 @@ def oddities(raster: Raster, meaning: Meaning, table: CodeTable) -> tuple[Findin
     return (*findings, *_no_unknown(census))
 
 
+def odd_keys(meaning: Meaning, table: CodeTable) -> tuple[Finding, ...]:
+    """What is odd about thresholds and negate alone, where there is no image to count greys in."""
+    found = [_thresholds(meaning)]
+    label = None if meaning.mode == "raw" else table.labels[UNKNOWN_GREY]
+    grey = f"grey {UNKNOWN_GREY}, which map savers write for unknown"
+    if label == Label.FREE:
+        text = (
+            f"free_thresh {meaning.free_thresh:g} would load {grey}, as free: arcs are then also looked for where "
+            "nothing was mapped"
+        )
+        mend = math.floor(float(table.occupancy[UNKNOWN_GREY]) * 1000) / 1000
+        found.append(Finding("warning", "unknown-loads-as-free", text, f"--free-thresh {mend:g}"))
+    if label == Label.OCCUPIED and meaning.negate:
+        text = f"negate is set and would load {grey}, as occupied and black as free: was the image saved inverted?"
+        found.append(Finding("note", "inverted", text))
+    return tuple(finding for finding in found if finding)
+
+
 def in_greys(raster: Raster, table: CodeTable) -> tuple[Raster, CodeTable]:
     """The same with codes of 0 to 255: means of channels are rounded down."""
     if raster.parts == 1:

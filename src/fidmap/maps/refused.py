@@ -28,6 +28,14 @@ ADVICE = {
     b"BZh": "is compressed by bzip2; unpack it with `bunzip2` first",
     b"\xfd7zXZ\0": "is compressed by xz; unpack it with `unxz` first",
     b"7z\xbc\xaf\x27\x1c": "is a 7z archive; unpack it and name the map inside",
+    b"%PDF": "is a PDF, which holds no cells; export the map as PNG and give its --resolution",
+    b"GIF8": "is a GIF image, which is not read; save it as PNG and give its --resolution",
+    b"RIFF": "is a WebP image or another RIFF file, which is not read; save the map as PNG and give its --resolution",
+    b"version https://git-lfs": "is a Git LFS pointer, not the file itself; fetch it with `git lfs pull`",
+    **dict.fromkeys(
+        (b"<!DOCTYPE html", b"<!doctype html", b"<html"),
+        "is a web page, perhaps in place of a download; download the file itself",
+    ),
     b"PK\x03\x04": "is a zip archive; name the map inside as zip://MAP::ARCHIVE, or unpack it",
 }
 

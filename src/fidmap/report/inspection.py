@@ -58,11 +58,15 @@ def print_inspection(console: Console, document: Document, grid: Grid) -> None:
     for line in lines:
         console.print(Text(line), soft_wrap=True)
     for finding in document["findings"]:
-        option = f" ({finding['option']})" if finding.get("option") else ""
-        text = f"  {finding['level']}: {finding['code']}: {clean(finding['text'])}{option}"
-        console.print(Text(text), soft_wrap=True)
+        console.print(Text(f"  {finding_line(finding)}"), soft_wrap=True)
     if not document["findings"]:
         console.print(Text("  nothing odd"))
+
+
+def finding_line(finding: Document) -> str:
+    """A finding in one line, with the option that mends it."""
+    option = f" ({finding['option']})" if finding.get("option") else ""
+    return f"{finding['level']}: {finding['code']}: {clean(finding['text'])}{option}"
 
 
 def _values(document: Document) -> str:

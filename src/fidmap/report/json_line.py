@@ -75,9 +75,10 @@ def detect_document(map_name: str, radius_m: float, detections: Iterable[BarrelP
     return _plain_dict({"map": map_name, "radius_m": radius_m, "detections": arcs, "seconds": seconds})
 
 
-def error_document(map_name: str, code: str, text: str) -> Document:
-    """The line of a map that could not be used."""
-    return {"map": map_name, "error": {"code": code, "text": text}}
+def error_document(map_name: str, code: str, text: str, findings: Iterable[Finding] = ()) -> Document:
+    """The line of a map that could not be used; findings where something could be found out all the same."""
+    told = [finding_document(finding) for finding in findings]
+    return {"map": map_name, "error": {"code": code, "text": text}, **({"findings": told} if told else {})}
 
 
 def error_line(map_name: str, code: str, text: str) -> str:

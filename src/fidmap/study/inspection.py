@@ -32,7 +32,7 @@ def examine(job: InspectJob) -> tuple[Document, Inspection | None]:
         seen = inspect(grid, _beside(job, grid))
     except FidmapError as error:
         text = f"{job.map}: {error}" if isinstance(error, SettingsError) else str(error)
-        return error_document(job.map, error.code, text), None
+        return error_document(job.map, error.code, text, getattr(error, "findings", ())), None
     except MemoryError:
         return error_document(job.map, "out-of-memory", f"{job.map}: it needs more memory than there is"), None
     return inspect_document(job.map, grid, seen.share, seen.percent, seen.no_value, seen.findings), seen

@@ -52,7 +52,9 @@ def fetched(name: str) -> Iterator[Path]:
         try:
             yield local
         except MapFileError as error:
-            raise MapFileError(str(error).replace(str(local), name).replace(f"{folder}/", "")) from None
+            told = MapFileError(str(error).replace(str(local), name).replace(f"{folder}/", ""))
+            told.findings = error.findings
+            raise told from None
 
 
 def _copy(system: Any, path: str, local: Path, name: str) -> None:

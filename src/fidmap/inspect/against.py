@@ -81,9 +81,10 @@ def arena_findings(grid: Grid, arena: Arena, settings: Settings) -> tuple[Findin
     """
     parts = find_barrel_parts(trinarize(grid), arena.radius_m)
     sure = [part for part in parts if part.confidence >= settings.min_confidence]
-    plain = evaluate_points(sure, arena, settings).assignment
+    # values that the quick search reached are enough for what has to be clearly better
+    plain = evaluate_points(sure, arena, settings, fast=True).assignment
     free = replace(settings, transform="similarity", mirror=True, scale_range=SCALES)
-    assignment = evaluate_points(sure, arena, free).assignment
+    assignment = evaluate_points(sure, arena, free, fast=True).assignment
     count = sum(barrel is not None for barrel in assignment.barrel_of)
     better = assignment.value - plain.value > LEAST_GAIN * count
     if assignment.transform is None or count < LEAST_PARTS or not better:

@@ -38,12 +38,12 @@ is the peak of `read_map` beyond the decoded image; the goal is 6 bytes per cell
 Rescue maps have 9 pixels per cell; Pillow holds a colour picture in 4 bytes per pixel, of which the array has 3.
 """
 OVER = """What is over, and why. **BMP**: Pillow maps the file into memory and copies it once; reading, hashing,
-counting greys and the table look-up alone take longer than three such copies. **PLY, PCD**: the raw read, or the library,
-copies bytes and looks at no point. A map needs their extent, the floor and which way is up, then each point's height
-and cell, so all points are read twice, and once more for the hash; numpy takes {plain:.0f} ms to count ten million
-points over cells, without any of this. **OctoMap**: a tree this small is decoded in less time than the floor is found.
-**GeoJSON**: Python's json makes lists of numbers and no shapes. **PCD, compressed**: its library holds the unpacked
-points twice.
+counting greys and the table look-up alone take longer than three such copies. **PLY, PCD**: the raw read, or the
+library, copies bytes and looks at no point. A map needs their extent, the floor and which way is up, then each
+point's height and cell, so all points are read twice, and once more for the hash; numpy takes {plain:.0f} ms to count
+ten million points over cells, without any of this. **OctoMap**: a tree this small is decoded in less time than the
+floor is found. **GeoJSON**: Python's json makes lists of numbers and no shapes. **PCD, compressed**: its library
+holds the unpacked points twice.
 """
 SAME = """One arena map (a clean artificial one, test split), written in every format and scored: attributes in
 points of a hundred, and the largest difference to the PGM. Lists hold the parts that were assigned in it, under their

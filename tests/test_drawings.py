@@ -48,7 +48,7 @@ def test_a_drawn_arena_scores_like_its_plan(tmp_path: Path, kind: str) -> None:
     """All parts are found, nothing else is, and they lie where they are; the suffix does not matter."""
     made = arena()
     path = WRITERS[kind](tmp_path / f"plan.{kind}", list(strokes(made))).rename(tmp_path / "plan")
-    report = evaluate(read_map(path), made.arena)
+    report = evaluate(read_map(path), made.arena, fast=True)
     values = report.attributes.by_name
     assert values["coverage"].value == 1
     assert values["relative_accuracy"].value > 0.98

@@ -279,6 +279,17 @@ def test_fix_writes_a_copy_and_never_the_original(folder: Path) -> None:
     assert "nothing that a program could mend" in fidmap("inspect", "map-fixed.yaml", "--fix").stderr
 
 
+def test_fix_mends_what_another_finding_hid(folder: Path, case: SynthCase) -> None:
+    """While unknown loads as free, nothing tells margins: enlarged, with margins and such thresholds, all is mended."""
+    big = np.repeat(np.repeat(case.grid.occupancy, 2, axis=0), 2, axis=1)
+    path = write_grid(folder, "big", Grid(np.pad(big, 1500, constant_values=np.nan), 0.025))
+    path.write_text(path.read_text().replace("free_thresh: 0.196", "free_thresh: 0.25"))
+    result = fidmap("inspect", "big.yaml", "--fix")
+
+    assert result.stderr.endswith("big-fixed.yaml without unknown-loads-as-free, upscaled, empty-margins\n")
+    assert codes(read_map("big-fixed.yaml")) == []
+
+
 @pytest.mark.usefixtures("folder")
 def test_score_tells_the_same() -> None:
     """The findings of the doctor stand in the report."""

@@ -21,6 +21,7 @@ from fidmap.maps.files import fault
 from fidmap.maps.floor import Floor, find_floor
 from fidmap.maps.overrides import Overrides
 from fidmap.maps.slab import MAX_SLAB_CELLS, slab_grid, slab_of
+from fidmap.maps.tables import look_up
 from fidmap.model import FloatArray, Grid
 
 MAX_POINTS = 500_000_000
@@ -230,10 +231,10 @@ def _fitting(occupied: Counts, step: float) -> int:
     factors = [factor for factor in FACTORS if factor == 1 or factor * step <= FACTORS[-1] * FINEST_M + 1e-9]
     occupied_at_all = occupied > 0
     for factor in factors:
-        walls = _any(occupied_at_all, factor).view(np.uint8)
+        walls = (_any(occupied_at_all, factor) if factor > 1 else occupied_at_all).view(np.uint8)
         around = cv2.boxFilter(walls, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
         count = np.count_nonzero(walls)
-        if count and np.count_nonzero((around >= 3) & (walls > 0)) >= 0.9 * count:
+        if count and np.count_nonzero((around >= 3) & walls) >= 0.9 * count:
             return factor
     return factors[-1]
 
@@ -246,13 +247,11 @@ def _occupancy(occupied: Counts, seen: Mask, resolution_m: float) -> npt.NDArray
     was recorded, every other cell is free, as in a drawing of walls.
     """
     usual = float(np.median(occupied[occupied > 0])) if occupied.any() else 1.0
-    walls = occupied >= max(1.0, 0.05 * usual)
+    walls = occupied >= max(1, math.ceil(0.05 * usual))  # an integer, or all counts would become floats
     block = max(1, round(FLOOR_BLOCK_M / resolution_m))
     blocks, wall_blocks = _any(seen, block), _any(walls, block)
-    recorded = (blocks & ~wall_blocks).sum() >= wall_blocks.sum()
+    recorded = np.count_nonzero(blocks & ~wall_blocks) >= np.count_nonzero(wall_blocks)
     closed = cv2.morphologyEx(blocks.view(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)).view(bool)
     rows, columns = occupied.shape
-    result = np.full(occupied.shape, np.nan if recorded else 0, np.float32)
-    result[closed.repeat(block, axis=0)[:rows].repeat(block, axis=1)[:, :columns]] = 0
-    result[walls] = 1
-    return result
+    codes = closed.view(np.uint8).repeat(block, axis=0)[:rows].repeat(block, axis=1)[:, :columns]
+    return look_up(np.array([np.nan if recorded else 0, 0, 1, 1], np.float32), codes | walls.view(np.uint8) << 1)

@@ -43,7 +43,7 @@ def slab_grid(
     path, name, kind = source
     with path.open("rb") as file:
         digest = hashlib.file_digest(file, "sha256").hexdigest()
-    walls, free = int((occupancy == 1).sum()), int((occupancy == 0).sum())
+    walls, free = int(np.count_nonzero(occupancy == 1)), int(np.count_nonzero(occupancy == 0))
     findings = (
         *_told(floor, resolution_m, overrides),
         *label_oddities(free, occupancy.size - walls - free, walls),

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from fidmap.inspect import Inspection, inspect
+from fidmap.grid import trinarize
+from fidmap.inspect import Inspection, findings_of, inspect
 from fidmap.inspect.against import arena_findings, radius_findings
 from fidmap.inspect.mend import mended
 from fidmap.maps import convert, main_file, read_map
@@ -53,5 +54,6 @@ def mend(job: InspectJob, seen: Inspection) -> tuple[Path | None, tuple[str, ...
     grid, done = mended(seen.grid, seen.findings)
     if not done:
         return None, ()
+    grid, more = mended(grid, findings_of(grid, trinarize(grid).labels))  # what the first ones hid
     main = main_file(job.map)
-    return convert.write(main.with_name(f"{main.stem}-fixed.yaml"), grid)[0], done
+    return convert.write(main.with_name(f"{main.stem}-fixed.yaml"), grid)[0], (*done, *more)

@@ -37,7 +37,7 @@ Pillow's, or the format's library. The limit is three times that plus one pass (
 is the peak of `read_map` beyond the decoded image; the goal is 6 bytes per cell, of which the grid itself takes 4.
 Rescue maps have 9 pixels per cell; Pillow holds a colour picture in 4 bytes per pixel, of which the array has 3.
 """
-OVER = """What is over, and why. **BMP**: Pillow maps the file into memory and copies it once; reading, hashing,
+OVER = """What is over, and why. **PGM, BMP**: Pillow maps the file into memory and copies it once; reading, hashing,
 counting greys and the table look-up alone take longer than three such copies. **PLY, PCD**: the raw read, or the
 library, copies bytes and looks at no point. A map needs their extent, the floor and which way is up, then each
 point's height and cell, so all points are read twice, and once more for the hash; numpy takes {plain:.0f} ms to count

@@ -22,7 +22,7 @@ from fidmap.maps.floor import Floor, find_floor
 from fidmap.maps.overrides import Overrides
 from fidmap.maps.slab import MAX_SLAB_CELLS, slab_grid, slab_of
 from fidmap.maps.tables import look_up
-from fidmap.model import FloatArray, Grid
+from fidmap.model import FloatArray, Grid, Label
 
 MAX_POINTS = 500_000_000
 CHUNK_POINTS = 200_000
@@ -34,6 +34,7 @@ FINE_CELLS = 16_500_000
 FLOOR_BLOCK_M = 0.1
 FLOOR_BELOW_M, FLOOR_ABOVE_M = 0.15, 0.1
 KEPT_TILT = math.radians(2)
+_OCCUPANCY = np.array([0, np.nan, 1], np.float32)
 Points = npt.NDArray[np.float32] | npt.NDArray[np.float64]
 Counts = npt.NDArray[np.int32]
 Mask = npt.NDArray[np.bool_]
@@ -80,7 +81,9 @@ def read_cloud(cloud: Cloud, path: Path, name: str, kind: str, overrides: Overri
     if overrides.resolution_m is None:
         factor = _fitting(occupied, resolution)
         occupied, seen, resolution = _summed(occupied, factor), _any(seen, factor), resolution * factor
-    occupancy = _occupancy(occupied, seen, resolution)
+    labels = _labels(occupied, seen, resolution)
+    del occupied, seen  # the map needs their memory
+    occupancy = look_up(_OCCUPANCY, labels)
     corner = float(origin[0]), float(origin[1])
     return slab_grid(occupancy, resolution, corner, floor, (path, name, kind), overrides)
 
@@ -239,8 +242,8 @@ def _fitting(occupied: Counts, step: float) -> int:
     return factors[-1]
 
 
-def _occupancy(occupied: Counts, seen: Mask, resolution_m: float) -> npt.NDArray[np.float32]:
-    """(H, W) of 1 where the slab has points, 0 where the floor was seen, NaN elsewhere.
+def _labels(occupied: Counts, seen: Mask, resolution_m: float) -> npt.NDArray[np.uint8]:
+    """(H, W) occupied where the slab has points, free where the floor was seen, unknown elsewhere.
 
     A cell with less than a twentieth of the points that an occupied cell usually has holds stray points. Floor is
     taken in blocks of a decimetre and gaps of one block are closed: scanners see it thinly. Where hardly any floor
@@ -252,6 +255,10 @@ def _occupancy(occupied: Counts, seen: Mask, resolution_m: float) -> npt.NDArray
     blocks, wall_blocks = _any(seen, block), _any(walls, block)
     recorded = np.count_nonzero(blocks & ~wall_blocks) >= np.count_nonzero(wall_blocks)
     closed = cv2.morphologyEx(blocks.view(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)).view(bool)
+    if not recorded:
+        return np.where(walls, np.uint8(Label.OCCUPIED), np.uint8(Label.FREE))
     rows, columns = occupied.shape
-    codes = closed.view(np.uint8).repeat(block, axis=0)[:rows].repeat(block, axis=1)[:, :columns]
-    return look_up(np.array([np.nan if recorded else 0, 0, 1, 1], np.float32), codes | walls.view(np.uint8) << 1)
+    ground = closed.view(np.uint8).repeat(block, axis=0)[:rows].repeat(block, axis=1)[:, :columns]
+    labels = np.where(ground, np.uint8(Label.FREE), np.uint8(Label.UNKNOWN))
+    np.copyto(labels, np.uint8(Label.OCCUPIED), where=walls)
+    return labels

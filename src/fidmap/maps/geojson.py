@@ -18,7 +18,7 @@ from fidmap.model import Finding, FloatArray, Grid
 
 EARTH_M = 6_371_008.8  # mean radius
 LARGEST_DEGREES = 0.5
-NAMING = ("layer", "name", "id", "type", "class", "stroke", "fill", "color")
+NAMING = frozenset({"layer", "name", "id", "type", "class", "stroke", "fill", "color"})
 
 
 def read(path: Path, name: str, overrides: Overrides) -> Grid:
@@ -60,7 +60,7 @@ def _names(feature: dict[str, Any]) -> frozenset[str]:
     """What a feature may be chosen by: its id and its telling properties."""
     properties = feature.get("properties")
     known = properties if isinstance(properties, dict) else {}
-    words = [feature.get("id"), *(known[key] for key in NAMING if key in known)]
+    words = [feature.get("id"), *(word for key, word in known.items() if key in NAMING)]
     return frozenset(str(word).lower() for word in words if isinstance(word, str | int))
 
 

@@ -19,7 +19,7 @@ from fidmap.model import FloatArray, Grid
 
 BINARY = b"# Octomap OcTree binary file"
 MAX_BYTES = 400_000_000
-SAMPLE = 100_000
+SAMPLE = 50_000
 Square = tuple[npt.NDArray[np.int32], npt.NDArray[np.int32], int]  # column and row of the lower left, side
 
 

@@ -121,11 +121,12 @@ def _settle_bars(kinds: Bytes) -> None:
     """JPEG cannot tell walls from the scale bar by single pixels: what hangs together is all wall or all bar."""
     dark = (kinds == Kind.WALL) | (kinds == Kind.BAR)
     count, parts = cv2.connectedComponents(dark.view(np.uint8), connectivity=8, ltype=cv2.CV_32S)
-    part = parts[dark]
-    del parts
-    bars = np.bincount(part[kinds[dark] == Kind.BAR], minlength=count)
+    places = np.flatnonzero(dark)  # few: masks would be walked through each time
+    part, flat = parts.ravel()[places], kinds.reshape(-1)
+    del parts, dark
+    bars = np.bincount(part[flat[places] == Kind.BAR], minlength=count)
     kind = np.where(2 * bars > np.bincount(part, minlength=count), np.uint8(Kind.BAR), np.uint8(Kind.WALL))
-    kinds[dark] = kind[part]
+    flat[places] = kind[part]
 
 
 def _settle_margin(kinds: Bytes) -> None:

@@ -15,7 +15,8 @@ from PIL import Image
 from benchmarks.foreign_rows import FOREIGN_ROWS
 from benchmarks.robocup_picture import clean_picture, marked_picture
 from benchmarks.rows import Row
-from fidmap.maps.robocup.write import FACTOR, write_geotiff
+from fidmap.maps.robocup.palette import FACTOR
+from fidmap.maps.robocup.write import write_geotiff
 from fidmap.maps.write import greys, write_map
 from fidmap.model import Grid
 

@@ -7,8 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from fidmap.grid import trinarize
-from fidmap.maps.robocup.palette import BAR
-from fidmap.maps.robocup.write import FACTOR, PALETTE, picture
+from fidmap.maps.robocup.palette import BAR, FACTOR
+from fidmap.maps.robocup.write import PALETTE, picture
 from fidmap.model import Grid, Label
 
 Picture = npt.NDArray[np.uint8]

@@ -85,6 +85,17 @@ def test_geotiff_reads_back(tmp_path: Path) -> None:
     assert ((pixels == 255).all(axis=2)[1::3, 1::3] == (labels == Label.FREE).T[::-1, ::-1]).all()
 
 
+@pytest.mark.parametrize("values", [[[1]], [[0]], [[np.nan]], [[np.nan, 0]], [[0, np.nan, 1]] * 30, [[1] * 9] * 5])
+def test_geotiffs_of_few_walls_read_back(tmp_path: Path, values: list[list[float]]) -> None:
+    """Too little is drawn to tell colours, scale or enlargement: the file itself says that it is such a map."""
+    grid = Grid(np.array(values, np.float32), 0.05, Pose2(1, -2, 0.3))
+    again = read_map(convert.write(tmp_path / "map.tif", grid)[0])
+
+    assert (trinarize(again).labels == trinarize(grid).labels).all()
+    assert (again.resolution_m, again.source.format) == (pytest.approx(0.05), "robocup")
+    assert (again.origin.x_m, again.origin.y_m, again.origin.yaw) == pytest.approx((1, -2, 0.3))
+
+
 def test_there_and_back_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By the command line: YAML to GeoTIFF to YAML keeps every label and the place."""
     monkeypatch.chdir(tmp_path)

@@ -46,6 +46,10 @@ MARKS: tuple[Colour, ...] = (
 SEARCHED: tuple[Colour, ...] = ((210, 230, 210), (180, 230, 180), (130, 230, 130))
 GREYS: tuple[Colour, ...] = ((190, 190, 191), *((v, v, v) for v in range(140, 216, 15)))
 MARGIN: Colour = (128, 128, 128)
+DESCRIPTION_TAG = 270
+FACTOR = 3
+OURS = f"rescue map by fidmap, {FACTOR} pixels per cell"
+"""TIFF's ImageDescription of what is written here: maps with few walls or none show neither colours nor raster."""
 TOLERANCE = 45.0
 """Largest distance in RGB to the nearest known colour; JPEG blurs the colour of a line 3 pixels wide by about 30."""
 

@@ -16,7 +16,7 @@ from fidmap.maps.georeference import Georeference
 from fidmap.maps.images import Picture, strips
 from fidmap.maps.overrides import Overrides
 from fidmap.maps.robocup.cells import COVERED, Enlargement, enlargement, to_cells
-from fidmap.maps.robocup.palette import Kind, kinds_of, looks_like_one
+from fidmap.maps.robocup.palette import DESCRIPTION_TAG, FACTOR, OURS, Kind, kinds_of, looks_like_one
 from fidmap.maps.robocup.restore import restored
 from fidmap.maps.robocup.scale import pixels_per_metre
 from fidmap.maps.tables import look_up
@@ -31,6 +31,8 @@ _OCCUPANCY = np.array([0, np.nan, 1], np.float32)
 
 def is_rescue_map(picture: Picture) -> bool:
     """Whether a picture is in the colours of rescue maps, from a sample of its pixels."""
+    if _is_ours(picture):
+        return True
     if picture.image is not None and picture.image.mode in _COLOURED:
         width, height = picture.image.size
         stride = max(1, math.isqrt(width * height // SAMPLE))
@@ -45,13 +47,23 @@ def is_rescue_map(picture: Picture) -> bool:
     return looks_like_one(kinds_of(sample), sample)
 
 
+def _is_ours(picture: Picture) -> bool:
+    """Whether `fidmap convert` wrote it."""
+    tags = getattr(picture.image, "tag_v2", None) or {}
+    return picture.shape[0] % FACTOR == picture.shape[1] % FACTOR == 0 and tags.get(DESCRIPTION_TAG) == OURS
+
+
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """A recognised picture: (H, W) of `Kind`, and of greens where the two tiles have to be told apart."""
+    """A recognised picture: (H, W) of `Kind`, and of greens where the two tiles have to be told apart.
+
+    ours: `fidmap convert` wrote it, so how far it was enlarged is known.
+    """
 
     kinds: Bytes
     green: Bytes | None
     jpeg: bool
+    ours: bool
 
 
 def recognised(picture: Picture, scaled: bool) -> Drawn | None:
@@ -65,14 +77,14 @@ def recognised(picture: Picture, scaled: bool) -> Drawn | None:
         palette[: len(entries)] = entries
         index = np.asarray(image)
         green = None if scaled else look_up(np.ascontiguousarray(palette[:, 1]), index)
-        return Drawn(look_up(kinds_of(palette), index), green, picture.format == "JPEG")
+        return Drawn(look_up(kinds_of(palette), index), green, picture.format == "JPEG", _is_ours(picture))
     kinds = np.empty(picture.shape, np.uint8)
     green = None if scaled else np.empty(picture.shape, np.uint8)
     for rows, colours in _colours(picture):
         kinds[rows] = kinds_of(colours)
         if green is not None:
             green[rows] = colours[..., 1]
-    return Drawn(kinds, green, picture.format == "JPEG")
+    return Drawn(kinds, green, picture.format == "JPEG", _is_ours(picture))
 
 
 def _colours(picture: Picture) -> Iterator[tuple[slice, Bytes]]:
@@ -104,8 +116,7 @@ def read(drawn: Drawn, place: Georeference | None, overrides: Overrides, source:
         )
     _settle_margin(kinds)
     kinds[kinds == Kind.BAR] = Kind.OVER
-    crosbot = place is not None and place.source == "world file, y upwards"
-    scale = Enlargement() if crosbot else enlargement(kinds, 0.75 if drawn.jpeg else 0.9)
+    scale = _enlarged(drawn, place)
     pixel_m = place.pixel_m if place else 1 / metre if metre else 0.0
     resolution_m = overrides.resolution_m or pixel_m * scale.factor
     cells = to_cells(kinds, scale)
@@ -115,6 +126,15 @@ def read(drawn: Drawn, place: Georeference | None, overrides: Overrides, source:
     origin = overrides.corner(overrides.origin or pose, resolution_m)
     occupancy = look_up(_OCCUPANCY, np.ascontiguousarray(upright))
     return Grid(occupancy, resolution_m, origin, source=replace(source, findings=findings))
+
+
+def _enlarged(drawn: Drawn, place: Georeference | None) -> Enlargement:
+    """Pixels per cell, known of what is written here and of crosbot's pictures, else measured."""
+    if drawn.ours:
+        return Enlargement(FACTOR)
+    if place is not None and place.source == "world file, y upwards":
+        return Enlargement()
+    return enlargement(drawn.kinds, 0.75 if drawn.jpeg else 0.9)
 
 
 def _settle_bars(kinds: Bytes) -> None:

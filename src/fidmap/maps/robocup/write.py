@@ -16,11 +16,10 @@ from PIL import Image, TiffImagePlugin
 
 from fidmap.grid import cells_to_metres, trinarize
 from fidmap.maps.georeference import GEO_KEYS, MODEL_TYPE, RASTER_TYPE, TRANSFORMATION
-from fidmap.maps.robocup.palette import TILES, WALL, WHITE
+from fidmap.maps.robocup.palette import DESCRIPTION_TAG, FACTOR, OURS, TILES, WALL, WHITE
 from fidmap.model import Grid, Label, Pose2
 from fidmap.output_file import write_whole
 
-FACTOR = 3
 PALETTE = np.array([WHITE, TILES[0], WALL, TILES[1]], np.uint8)
 _DOUBLE, _SHORT = 12, 3  # types of TIFF tags
 
@@ -65,6 +64,7 @@ def _tags(grid: Grid, corner: Pose2) -> TiffImagePlugin.ImageFileDirectory_v2:
     tags[TRANSFORMATION] = (s, -c, 0.0, corner.x_m, -c, -s, 0.0, corner.y_m, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
     tags.tagtype[TRANSFORMATION] = _DOUBLE
     user_defined, area = 32767, 1
+    tags[DESCRIPTION_TAG] = OURS
     tags[GEO_KEYS] = (1, 1, 0, 2, MODEL_TYPE, 0, 1, user_defined, RASTER_TYPE, 0, 1, area)
     tags.tagtype[GEO_KEYS] = _SHORT
     return tags

@@ -19,7 +19,7 @@ from fidmap.inspect.mend import mended
 from fidmap.maps import read_map
 from fidmap.maps.write import greys
 from fidmap.maps.write import write_map as write_grid
-from fidmap.model import CONTINUOUS, Grid, Label, Pose2
+from fidmap.model import CONTINUOUS, Grid, Label, MapFileError, Pose2
 from fidmap.synth.suite import CaseSpec, SynthCase, case_rng, make_case, suite
 from map_files import write_map
 from real_data import real_data
@@ -191,6 +191,22 @@ ODD = {
 def test_odd_maps(name: str) -> None:
     """Each odd map has the findings that docs/formats.md lists beside what it is."""
     assert codes(read_map(real_data("odd_maps", name))) == ODD[name]
+
+
+WITHOUT_IMAGE = {
+    "Xiangyu-Fu+slam_bot/maps/jackal_race.yaml": [],
+    "nukoon+ATPBOT2/turtlebot3_navigation2/map/map.yaml": ["unknown-loads-as-free", "foreign-image-path"],
+    "ros-navigation+navigation2/nav2_map_server/test/invalid_image.yaml": ["yaw-ignored-by-ros"],
+    "ros-navigation+navigation2/tools/planner_benchmarking/100by100_10.yaml": ["inverted"],
+}
+
+
+@pytest.mark.parametrize("name", WITHOUT_IMAGE)
+def test_odd_maps_without_their_image(name: str) -> None:
+    """The image is named, and what the YAML shows is told beside it."""
+    with pytest.raises(MapFileError, match=r"names the image .* which does not exist") as error:
+        read_map(real_data("odd_maps", name))
+    assert [finding.code for finding in error.value.findings] == WITHOUT_IMAGE[name]
 
 
 def test_ordinary_real_maps() -> None:

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Callable
-from importlib.util import find_spec, module_from_spec, spec_from_file_location
+import os
+import subprocess
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from scipy.optimize import differential_evolution, direct, minimize
 
+from benchmarks.peer_env import set_up
 from benchmarks.register_cases import Case
 from benchmarks.slam_challenge import real_data_root
 from fidmap.geometry import as_complex, weighted_similarity
@@ -88,21 +94,29 @@ PEERS: dict[str, Peer] = {
 }
 
 
-def prototype() -> Peer | None:
-    """The prototype beside the checkout, certifying to 0.1 %; None where it or numba is missing."""
+@dataclass(frozen=True)
+class Prototype:
+    """Seconds that the prototype's first use takes to compile; value, upper bound and CPU seconds of every case."""
+
+    compiling_s: float
+    solved: list[tuple[float, float, float]]
+
+
+def prototype(cases: Sequence[Case]) -> Prototype | None:
+    """The prototype beside the checkout, certifying to 0.1 %; None where it is missing."""
     path = real_data_root().parent / "prototypes" / "registration_prototype.py"
-    if find_spec("numba") is None or not path.is_file():
+    if not path.is_file():
         return None
-    spec = spec_from_file_location("registration_prototype", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = module_from_spec(spec)
-    spec.loader.exec_module(module)
-
-    def aligned(_case: Case, problem: Problem) -> float:
-        return float(module.align(problem.fiducials, problem.barrels, dmax=problem.d_max)["value"])
-
-    return aligned
+    problems = [problem_of(case) for case in cases]
+    rows = [{"fiducials": p.fiducials.tolist(), "barrels": p.barrels.tolist(), "d_max": p.d_max} for p in problems]
+    with TemporaryDirectory() as folder:
+        todo, done = Path(folder) / "problems.json", Path(folder) / "answers.json"
+        todo.write_text(json.dumps(rows), encoding="utf-8")
+        script = Path(__file__).with_name("prototype_peer.py")
+        environment = {**os.environ, "NUMBA_CACHE_DIR": folder, "NUMBA_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+        subprocess.run([set_up(), script, path, todo, done], check=True, env=environment)
+        answers = json.loads(done.read_text(encoding="utf-8"))
+    return Prototype(answers["compiling"], [(v, bound, seconds) for v, bound, seconds in answers["solved"]])
 
 
 def problem_of(case: Case) -> Problem:

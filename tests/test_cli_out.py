@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -47,6 +48,10 @@ def test_a_folder_per_map_and_an_index(here: Path) -> None:
     assert "Ranking of 3 maps" in index
     assert "arena demo · profile continuous" in index
     assert index.index("teamA_map/report.html") < index.index("teamB_map/report.html")
+    best = index[index.index("teamA_map/report.html") : index.index("teamB_map/report.html")]
+    assert re.search(r"<b>\d+\.\d %</b> <span class=\"soft under\">\(\d+.* to \d+.*\)</span>", best)
+    assert re.search(r"<td class=\"num detail\">(~ )?\d+(\.\d)? %</td>\s*</tr>", best)
+    assert index.count('<td class="num detail">-</td>') == 1
 
 
 def test_the_same_map_replaces_its_report_and_another_one_is_kept(here: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -90,20 +89,15 @@ def _doubts(
 ) -> dict[int, float | None]:
     """Per map the probability that it is better overall than the next one in the table; none for printed figures."""
     from fidmap.report.comparison import best_first
-    from fidmap.report.losses import losses_of, sizes_warning
-    from fidmap.uncertainty.compare import probability_better
+    from fidmap.report.losses import better_than_next, sizes_warning
 
     if not documents or "overall" not in ours:
         return {}
-    if warning := sizes_warning(documents):
+    every = list(documents.values())
+    if warning := sizes_warning(every):
         complain(f"warning: {warning}")
-    losses = [losses_of(document) for document in documents.values()]
-    found: dict[int, float | None] = {}
-    for k, below in pairwise(best_first(ours, percents, len(losses))):
-        one, other = losses[k], losses[below]
-        told = one is not None and other is not None and ours["overall"][below] is not None
-        found[k] = probability_better(one, other) if told and one and other else None
-    return found
+    order = best_first(ours, percents, len(every))
+    return dict(zip(order, better_than_next([every[k] for k in order]), strict=True))
 
 
 def _tell_unmatched(ours: Sequence[str], theirs: Sequence[str]) -> None:

@@ -11,6 +11,7 @@ from rich.text import Text
 
 from fidmap.model import Value
 from fidmap.ranking import Agreement, Rank
+from fidmap.report.losses import A_TIE, doubt
 from fidmap.report.wording import attribute_title, clean
 from fidmap.uncertainty.compare import SURE
 
@@ -49,10 +50,10 @@ def print_ranking(
             else _with_judge(ours[name][k], theirs.get(name), k)
             for name in ours
         ]
-        table.add_row(Text(clean(maps[k])), *cells, *([_doubt(doubts.get(k))] if doubts else []))
+        table.add_row(Text(clean(maps[k])), *cells, *([doubt(doubts.get(k))] if doubts else []))
     console.print(table)
     if doubts and any(p is not None and p < SURE for p in doubts.values()):
-        console.print(Text(f"~ a tie: this mapper is truly better than the next with less than {100 * SURE:.0f} %"))
+        console.print(Text(f"~ a tie: this mapper is {A_TIE}"))
 
 
 def best_first(ours: Mapping[str, Ranks], figures: Mapping[str, Sequence[float | None]], count: int) -> list[int]:
@@ -63,13 +64,6 @@ def best_first(ours: Mapping[str, Ranks], figures: Mapping[str, Sequence[float |
     return sorted(
         range(count), key=lambda k: (count + 1 if (r := leading[k]) is None else r.middle, -(values[k] or 0.0))
     )
-
-
-def _doubt(probability: float | None) -> str:
-    """`97 %`, or `~ 71 %` where that is no more than a tie."""
-    if probability is None:
-        return "-"
-    return f"{'~ ' * (probability < SURE)}{min(99.9, 100 * probability):.{0 if probability < 0.995 else 1}f} %"
 
 
 def _with_percent(rank: Rank | None, figures: Sequence[float | None], k: int) -> str:

@@ -13,6 +13,7 @@ from fidmap.report.svg import tag, text
 from fidmap.report.wording import attribute_title, clean, shortened
 
 SIDE, EDGE, GAP = 230, 56, 56
+MOST_TICKS = 10
 COLUMNS = 2
 Ranks = Sequence[Rank | None]
 
@@ -78,7 +79,7 @@ def _panel(left: float, top: float, title: str, maps: Sequence[str], ours: Ranks
         text("rank of the judge", 0, 0, 11, text_anchor="middle",
              transform=f"translate({left - 26:.0f} {top + SIDE / 2:.0f}) rotate(-90)"),
     ]  # fmt: skip
-    for rank in (1, round(last)):
+    for rank in range(1, round(last) + 1, max(1, math.ceil((last - 1) / MOST_TICKS))):
         parts.append(text(str(rank), left + at(rank), top + SIDE + 14, 11, text_anchor="middle"))
         parts.append(text(str(rank), left - 6, top + at(rank) + 4, 11, text_anchor="end"))
     shown: dict[tuple[float, float], list[str]] = {}

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 from fidmap.report.json_line import Document
-from fidmap.uncertainty.compare import GroupLoss, Losses, PartLoss
+from fidmap.uncertainty.compare import SURE, GroupLoss, Losses, PartLoss, probability_better
 
 BIASED = 1.5
+A_TIE = f"truly better than the next with less than {100 * SURE:.0f} %"
 
 
 def losses_of(document: Document) -> Losses | None:
@@ -27,9 +29,31 @@ def losses_of(document: Document) -> Losses | None:
         return None
 
 
-def sizes_warning(documents: Mapping[str, Document]) -> str | None:
+def better_than_next(documents: Sequence[Document]) -> list[float | None]:
+    """For reports in their order the probability that each map's mapper is truly better overall than the next one's.
+
+    None where it cannot be told, as for the last.
+    """
+    losses = [losses_of(document) if _has_overall(document) else None for document in documents]
+    told = [None if one is None or other is None else probability_better(one, other) for one, other in pairwise(losses)]
+    return [*told, None]
+
+
+def doubt(probability: float | None) -> str:
+    """`97 %`, or `~ 71 %` where that is no more than a tie."""
+    if probability is None:
+        return "-"
+    return f"{'~ ' * (probability < SURE)}{min(99.9, 100 * probability):.{0 if probability < 0.995 else 1}f} %"
+
+
+def _has_overall(document: Document) -> bool:
+    overall = _dict(_dict(document.get("attributes")).get("overall"))
+    return overall.get("value") is not None
+
+
+def sizes_warning(documents: Sequence[Document]) -> str | None:
     """A sentence where maps of arenas with different numbers of parts are compared."""
-    sizes = {len(found.parts) for one in documents.values() if (found := losses_of(one)) is not None}
+    sizes = {len(found.parts) for one in documents if (found := losses_of(one)) is not None}
     if len(sizes) < 2 or max(sizes) <= BIASED * min(sizes):
         return None
     return (

@@ -14,6 +14,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from fidmap.report.json_line import ATTRIBUTE_ORDER, Document
+from fidmap.report.losses import A_TIE, better_than_next, doubt, sizes_warning
 from fidmap.report.overlay_style import STYLES
 from fidmap.report.rows import Row, comparison_warning, scored, shown_attributes, sorted_findings
 from fidmap.report.states import State
@@ -26,6 +27,7 @@ from fidmap.report.wording import (
     metres,
     percent,
 )
+from fidmap.uncertainty.compare import SURE
 
 UNITS = {"_deg": "°", "_m": " m", "seconds": " s"}
 DETECTIONS_UP_TO = 500  # more is noise, and would make the page heavy; points.csv has them all
@@ -58,12 +60,16 @@ def report_page(document: Document, drawing: str) -> str:
 
 def index_page(rows: Sequence[Row]) -> str:
     """The page that ranks several maps: a table with links, then the maps that could not be used."""
+    good = scored(rows)
+    told = better_than_next([row.document for row in good])
     return _environment().get_template("index.html.j2").render(
         rows=rows,
-        scored=len(scored(rows)),
+        doubts=[doubt(one) for one in told] + ["-"] * (len(rows) - len(good)),
+        a_tie=A_TIE if any(one is not None and one < SURE for one in told) else "",
+        scored=len(good),
         attributes=shown_attributes(rows),
-        warning=comparison_warning(rows),
-        measured_by=list(dict.fromkeys((row.document["arena"], row.document["profile"]) for row in scored(rows))),
+        warnings=[w for w in (comparison_warning(rows), sizes_warning([row.document for row in good])) if w],
+        measured_by=list(dict.fromkeys((row.document["arena"], row.document["profile"]) for row in good)),
     )  # fmt: skip
 
 

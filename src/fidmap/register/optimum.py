@@ -18,6 +18,9 @@ from fidmap.register.problem import Problem
 from fidmap.register.start_pose import nearest_within
 from fidmap.register.starts import starts
 
+# maxima of less than this share of the best are nobody's answer: they stay as they were climbed to
+SETTLED = 0.95
+
 
 @dataclass(frozen=True, eq=False)
 class Optimum:
@@ -96,7 +99,9 @@ def settled(problem: Problem, found: list[Placement], start: StartPose | None) -
     maxima = separate(found, problem, problem.d_max / 2)
     if problem.settings.rounding != "none" and maxima:
         maxima[0] = settle_steps(problem, maxima[0], start)
-    return sorted((settle_squares(problem, m, start) for m in maxima), key=lambda m: m.order)
+    level = SETTLED * maxima[0].value if maxima else 0.0
+    moved = (settle_squares(problem, m, start) if m.value >= level else m for m in maxima)
+    return sorted(moved, key=lambda m: m.order)
 
 
 def separate(found: list[Placement], problem: Problem, least_m: float) -> list[Placement]:

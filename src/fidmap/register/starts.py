@@ -19,6 +19,8 @@ MOST = 400
 DRAWN = 32
 CLIMBED = 8
 FINISHED = 3
+# so few placements that lay one pair of parts on another are all looked at, and the best of them climbed from
+LAID = 400
 # peaks whose parts lie nearer than this share of D (rms) count as one
 APART = 0.3
 
@@ -32,8 +34,30 @@ def starts(land: Landscape, matcher: Matcher) -> tuple[FloatArray, FloatArray]:
     found = found[np.argsort(-worth, kind="stable")]
     found = found[apart(land, found, near / 4, CLIMBED)]
     found, worth = _climbed(land, matcher, np.concatenate([found[:CLIMBED], land.unmoved]), (3, 5, 0.7))
-    best, height = _climbed(land, matcher, np.concatenate([found[:FINISHED], land.unmoved]), (4, 12, 0.75))
+    begun = np.concatenate([found[:FINISHED], land.unmoved, _best_laid(land, matcher)])
+    best, height = _climbed(land, matcher, begun, (4, 12, 0.75))
     return np.concatenate([best, found[FINISHED:]]), np.concatenate([height, worth[FINISHED:]])
+
+
+def _best_laid(land: Landscape, matcher: Matcher) -> FloatArray:
+    """The best placements (K, 4) of few parts that lay the middle and direction of two on those of two others.
+
+    Maxima of few parts can lie nearer to each other than the sweep's cells.
+    """
+    rows, own = np.flatnonzero(land.possible.any(axis=1)), land.used
+    if len(rows) * (len(rows) - 1) * len(own) * (len(own) - 1) > 2 * LAID:
+        return np.empty((0, 4))
+    i, j, a, b = (one.ravel() for one in np.meshgrid(rows, rows, own, own, indexing="ij"))
+    two = (i != j) & (a < b)
+    i, j, a, b = i[two], j[two], a[two], b[two]
+    apart_m, wanted = land.barrels[b] - land.barrels[a], land.fiducials[j] - land.fiducials[i]
+    turn = np.angle(wanted * apart_m.conj())
+    scale = np.clip(np.abs(wanted) / np.maximum(np.abs(apart_m), 1e-9), *land.problem.scale_range)
+    middle = (land.fiducials[i] + land.fiducials[j]) / 2
+    shift = middle - scale * np.exp(1j * turn) * (land.barrels[a] + land.barrels[b]) / 2
+    return _climbed(land, matcher, land.limited(np.stack([turn, shift.real, shift.imag, scale], axis=1)), (1, 1, 0.7))[
+        0
+    ][:FINISHED]
 
 
 def _climbed(

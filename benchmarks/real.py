@@ -25,6 +25,7 @@ from fidmap.grid import trinarize
 from fidmap.maps import read_map
 from fidmap.model import CONTINUOUS, Arena, BarrelPart, Report
 
+SIMILAR = replace(CONTINUOUS, profile="transform similarity", transform="similarity")
 HALF_OPENING = replace(CONTINUOUS, profile="min_opening 0.5", min_opening=0.5)
 DATA = real_data_root()
 
@@ -140,11 +141,12 @@ def slam_challenge() -> str:
     folder = DATA / "slam_challenge"
     quality = list(csv.DictReader((folder / "quality.csv").open(encoding="utf-8")))
     arenas = {name: read_arena(folder / f"{name}.arena.yaml") for name in ("A2", "R2")}
-    counts, reports, drawn = {}, {}, {}
+    counts, reports, similar, drawn = {}, {}, {}, {}
     for row in quality:
         name, arena = row["map"], arenas[row["arena"]]
         grid = read_map(folder / "maps" / f"{name}.yaml")
         reports[name] = evaluate(grid, arena)
+        similar[name] = evaluate(grid, arena, SIMILAR)
         parts = counted(find_barrel_parts(trinarize(grid), 0.3))
         counts[name] = count(parts, read_drawn_parts(folder, name))
         drawn[name] = evaluate_points(_drawn_parts(folder, name), arena)
@@ -153,6 +155,7 @@ def slam_challenge() -> str:
     text += "\n### slam_challenge: parts assigned\n\n"
     text += "Each map is scored by itself; its assigned parts are compared with where it draws which part.\n\n"
     text += _assigned(quality, reports, {row["map"]: read_drawn_parts(folder, row["map"]) for row in quality})
+    text += "\n" + _findings(reports, similar)
     text += "\n### slam_challenge: overall score against trajectory error\n\n"
     text += "Spearman of overall against ATE (-1: the better map always has the higher score), per run.\n\n"
     text += _against_ate(quality, reports, drawn)
@@ -213,6 +216,17 @@ def _assigned(
         rows.append([run, len(names), len(drawn), _share(right, len(drawn)), len(fates), *elsewhere])
     head = ["run", "maps", "drawn parts", "assigned to their own id", "assigned parts", "of another id", "of no part"]
     return table(head, rows)
+
+
+def _findings(reports: dict[str, Report], similar: dict[str, Report]) -> str:
+    """Which maps have which findings; `scale` where the scale is searched as well."""
+    by_code: dict[str, list[str]] = {}
+    for name, report in reports.items():
+        told = [*report.findings, *(f for f in similar[name].findings if f.code == "scale")]
+        for code in sorted({finding.code for finding in told}):
+            by_code.setdefault(code, []).append(name)
+    rows = [[f"`{code}`", ", ".join(names)] for code, names in sorted(by_code.items())]
+    return table(["finding (`scale` with `transform: similarity`)", "maps"], rows)
 
 
 def _fate(barrel: BarrelPart, own_id: str, parts: Sequence[DrawnPart]) -> str:

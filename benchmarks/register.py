@@ -23,7 +23,7 @@ from fidmap.register.problem import make_problem
 from fidmap.register.runner_up import find_runner_up
 
 SIMILAR = replace(CONTINUOUS, transform="similarity")
-CUT_SHORT = """The search for a runner-up ends after three boxes for every one of the main search, or 10,000: where that
+CUT_SHORT = """The search for a runner-up ends after three boxes for every one of the main search, or 5,000: where that
 is not enough for 1 %, its bound is what was proven by then.
 """
 HEAD = ["", "cases", "within 0.1 % of the known optimum", "certified", "CPU s: median", "p95", "most"]

@@ -15,6 +15,7 @@ from scipy.optimize import minimize
 from fidmap.model import CONTINUOUS, SSRR2011, Arena, Assignment, BarrelPart, Settings, Transform
 from fidmap.register import register
 from fidmap.register.bounds import loose_bounds, tight_bounds
+from fidmap.register.certify import open_boxes
 from fidmap.register.landscape import Landscape
 from fidmap.register.majorant import affine_majorant
 from fidmap.register.near import Matcher
@@ -102,6 +103,18 @@ def test_majorants_are_never_below_the_steps(profile: Settings) -> None:
         d = np.maximum(distance + share * reach, 0.0)
         worth = np.where(d < land.problem.d_max, 1 - land.problem.loss(d), 0.0)
         assert (worth <= height - slope * d + 1e-9).all()
+
+
+def test_of_too_many_open_boxes_the_best_are_kept_and_the_rest_stays_in_the_bound() -> None:
+    land = Landscape(problem_of(*scattered(9, 6, seed=4), CONTINUOUS))
+    cut = land.most / 4
+    boxes, bounds, shut = open_boxes(land, cut, 1_000_000, (1 / 8,))
+    assert shut == cut
+    few, high, rest = open_boxes(land, cut, 100, (1 / 8,))
+    kept = {tuple(box) for box in few.tolist()}
+    dropped = [bound for box, bound in zip(boxes.tolist(), bounds.tolist(), strict=True) if tuple(box) not in kept]
+    assert 0 < len(few) <= 100 < len(boxes)
+    assert cut < max(dropped) == rest < high.min()
 
 
 def exhaustive(problem: Problem) -> float:

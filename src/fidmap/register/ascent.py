@@ -68,7 +68,7 @@ def ascend(
         mate = matching(matcher, near, close, len(placements))
         now = np.bincount(near.box[mate], close[mate], len(placements))
         better = now > worth
-        gain = float((now / np.maximum(worth, 1e-9)).max()) - 1
+        gain = float((now / np.maximum(worth, 1e-9)).max(initial=0.0)) - 1
         best, worth = np.where(better[:, None], placements, best), np.maximum(now, worth)
         if gain < LEAST_GAIN:
             break

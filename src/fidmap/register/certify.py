@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from fidmap.register.landscape import Landscape
 from fidmap.register.majorant import quantum
 from fidmap.register.near import Matcher
 from fidmap.register.rivals import Rivals
-from fidmap.register.sweep import Raster, Sweep, raster
+from fidmap.register.sweep import Layer, Raster, Sweep, raster
 
 # meshes of the sweep, as shares of D: a finer one where too many boxes stay open
 CELL_SHARES = (1 / 8, 1 / 12, 1 / 16)
@@ -47,7 +48,8 @@ def prove(
     With `rivals`, of all values of placements that are among them.
     """
     search = Search(land, matcher, value, improve, stop, most, rivals)
-    boxes, bounds, shut = open_boxes(land, stop(value))
+    shares = CELL_SHARES if rivals is None else CELL_SHARES[:1]
+    boxes, bounds, shut = open_boxes(land, stop(value), most, shares)
     proof = search.run(boxes, bounds)
     upper = max(proof.upper_bound, min(shut, land.most))
     return Proof(proof.value, stepped_down(land, proof.value, upper), proof.nodes)
@@ -61,14 +63,17 @@ def stepped_down(land: Landscape, value: float, upper: float) -> float:
     return max(value, math.floor(upper / step + 1e-6) * step)
 
 
-def open_boxes(land: Landscape, cut: float) -> tuple[FloatArray, FloatArray, float]:
-    """Boxes (K, 8) that may hold more than `cut`, their bounds (K,), and a bound of all that is outside of them."""
+def open_boxes(land: Landscape, cut: float, most: int, shares: Sequence[float]) -> tuple[FloatArray, FloatArray, float]:
+    """Boxes (K, 8) that may hold more than `cut`, their bounds (K,), and a bound of all that is outside of them.
+
+    Of more than some `most` boxes the best are kept, since nobody will look at the others: they raise the last bound.
+    """
     found = None
-    for share in CELL_SHARES:
+    for share in shares:
         mesh = raster(land, share * land.problem.d_max, TURN_SHARE)
         if mesh is None:
             break
-        swept = _swept(land, mesh, cut)
+        swept = _swept(land, mesh, cut, most)
         if found is None or len(swept[0]) < len(found[0]):
             found = swept
         if len(found[0]) <= ENOUGH or len(swept[0]) > len(found[0]):
@@ -80,23 +85,43 @@ def open_boxes(land: Landscape, cut: float) -> tuple[FloatArray, FloatArray, flo
     return whole, np.array([float(land.most)]), 0.0
 
 
-def _swept(land: Landscape, mesh: Raster, cut: float) -> tuple[FloatArray, FloatArray, float]:
+def _swept(land: Landscape, mesh: Raster, cut: float, most: int) -> tuple[FloatArray, FloatArray, float]:
     """The cells of a sweep that stay open, cut to the landscape's limits."""
     sweep = Sweep(land, mesh, inflated=True)
-    boxes, bounds = [np.empty((0, 8))], [np.empty(0)]
-    half = (mesh.half_turn, mesh.half_scale, mesh.cell / 2)
+    found, count = [(np.empty((0, 8)), np.empty(0))], 0
     for layer in sweep.layers(cut):
-        rows, columns = np.nonzero(layer.sums > cut * sweep.unit)
-        middles = layer.placements(rows, columns)
-        sums = layer.sums[rows, columns] / sweep.unit
-        if len(rows) > MANY:
-            places = middles[:, 1] + 1j * middles[:, 2]
-            sums = np.minimum(sums, fiducial_sums(land, layer.rotation, layer.scale, half, places))
-            middles, sums = middles[sums > cut], sums[sums > cut]
-        halves = np.broadcast_to([half[0], half[2], half[2], half[1]], middles.shape)
-        boxes.append(np.concatenate([middles, halves], axis=1))
-        bounds.append(sums)
-    return _cut_to_limits(land, np.concatenate(boxes)), np.concatenate(bounds), cut
+        found.append(_open_cells(land, mesh, layer, sweep.unit, cut))
+        count += len(found[-1][1])
+        if count > 2 * most:
+            best, cut = _best(found, cut, most)
+            found, count = [best], len(best[1])
+    (boxes, bounds), cut = _best(found, cut, most)
+    return _cut_to_limits(land, boxes), bounds, cut
+
+
+def _best(
+    some: Sequence[tuple[FloatArray, FloatArray]], cut: float, most: int
+) -> tuple[tuple[FloatArray, FloatArray], float]:
+    """Of some boxes (K, 8) with bounds (K,) the `most` of greatest bounds, and the cut that shuts out the others."""
+    boxes, bounds = (np.concatenate(parts) for parts in zip(*some, strict=True))
+    if len(bounds) > most:
+        cut = max(cut, float(-np.partition(-bounds, most)[most]))
+    kept = bounds > cut
+    return (boxes[kept], bounds[kept]), cut
+
+
+def _open_cells(land: Landscape, mesh: Raster, layer: Layer, unit: int, cut: float) -> tuple[FloatArray, FloatArray]:
+    """The cells (K, 8) of one layer whose bounds (K,) are above the cut."""
+    half = (mesh.half_turn, mesh.half_scale, mesh.cell / 2)
+    rows, columns = np.nonzero(layer.sums > cut * unit)
+    middles = layer.placements(rows, columns)
+    sums = layer.sums[rows, columns] / unit
+    if len(rows) > MANY:
+        places = middles[:, 1] + 1j * middles[:, 2]
+        sums = np.minimum(sums, fiducial_sums(land, layer.rotation, layer.scale, half, places))
+        middles, sums = middles[sums > cut], sums[sums > cut]
+    halves = np.broadcast_to([half[0], half[2], half[2], half[1]], middles.shape)
+    return np.concatenate([middles, halves], axis=1), sums
 
 
 def _cut_to_limits(land: Landscape, boxes: FloatArray) -> FloatArray:

@@ -16,7 +16,7 @@ from fidmap.register.rivals import Rivals, same_objects
 TOLERANCE = 0.01
 # boxes for the runner-up: some for every box that the best one took, and never fewer than
 NODES_PER_NODE = 3
-LEAST_NODES = 10_000
+LEAST_NODES = 5_000
 
 
 def find_runner_up(

@@ -280,7 +280,7 @@ def drawn_cells(*angles: float, radius: float = 6.0, away: float = 0.0, reach: f
     """The drawn angle, in cells, of cells at these angles (in cells too) about the facing 0."""
     turn = np.array(angles) / radius
     cells = BandCells((radius + away) * np.sin(turn), (radius + away) * np.cos(turn), np.array([len(angles)]))
-    return float(drawn_angles(cells, np.zeros((1, 2)), np.zeros(1), np.array([reach]), radius)[0]) * radius
+    return float(drawn_angles(cells, np.zeros((1, 2)), np.zeros(1), np.array([reach]), np.array([radius]))[0]) * radius
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,7 @@ from fidmap.model import FloatArray
 Labels = npt.NDArray[np.uint8]
 SURE = 0.5  # whose fits tell how a map draws
 ROUNDS = 3
+LOOSE = 0.1
 PRIOR = 0.05, 0.04  # what holds a shift and a radius where nothing else does, in cells of evidence
 
 
@@ -26,10 +27,13 @@ PRIOR = 0.05, 0.04  # what holds a shift and a radius where nothing else does, i
 class Estimates:
     """K arcs: centres (K, 2) of the fit at the fixed radius; numbers about it that a mirror leaves and turns round.
 
-    cells: the occupied cells near the rings.
+    free_centres, free_radii: the fit with a free radius, which is within a tenth of the fixed one. cells: the occupied
+    cells near the rings.
     """
 
     centres: FloatArray
+    free_centres: FloatArray
+    free_radii: FloatArray
     even: FloatArray
     odd: FloatArray
     cells: BandCells
@@ -76,6 +80,8 @@ def estimates(labels: Labels, arcs: Arcs, radius: float, resolution_m: float) ->
     shared = np.tile([*usual, *sizes], (len(even), 1))
     return Estimates(
         centres=base,
+        free_centres=base + free,
+        free_radii=radius + np.clip(offset, -LOOSE * radius, LOOSE * radius),
         even=np.column_stack([even, shared, sure, arcs.reach]),
         odd=np.column_stack([*(across for _, across in others), lean]),
         cells=near,

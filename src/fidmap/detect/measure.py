@@ -47,26 +47,29 @@ def measure(labels: Labels, arcs: Arcs, radius: float, resolution_m: float) -> M
 
     The centre is that of a fit at the fixed radius, corrected by a network that compares it with other fits of the
     same cells and with what the map's other arcs show: mappers draw walls thicker or thinner than they are. What is
-    drawn is counted on the fitted circle, which lies on the cells where the corrected one need not.
+    drawn is counted on the fitted circles, which lie on the cells where the corrected one need not: that of the
+    radius, or the one that fits best, whichever shows more.
     """
     seen = estimates(labels, arcs, radius, resolution_m)
     along, across, log_sigma = correct(seen.even, seen.odd).T
     s, c = np.sin(arcs.facings), np.cos(arcs.facings)
     centres = seen.centres + np.stack([along * s + across * c, along * c - across * s], axis=1)
-    facings = middles(seen.cells, seen.centres, arcs.facings, arcs.reach > HALF, radius)
+    facings = middles(seen.cells, seen.centres, arcs.facings, arcs.reach > HALF, np.full(len(centres), radius))
+    circles = (seen.centres, np.full(len(centres), radius)), (seen.free_centres, seen.free_radii)
+    drawn = [drawn_angles(seen.cells, middle, facings, arcs.reach, radii) for middle, radii in circles]
     return Measured(
         centres=centres,
         facings=facings,
-        drawn=drawn_angles(seen.cells, seen.centres, facings, arcs.reach, radius),
+        drawn=np.maximum(*drawn),
         sigma_m=np.exp(log_sigma) * resolution_m,
     )
 
 
 def middles(
-    cells: BandCells, centres: FloatArray, facings: FloatArray, whole: npt.NDArray[np.bool_], radius: float
+    cells: BandCells, centres: FloatArray, facings: FloatArray, whole: npt.NDArray[np.bool_], radii: FloatArray
 ) -> FloatArray:
     """The middle (K,) of what is drawn of whole circles: opposite to the widest gap; of others, the facing."""
-    gaps = _gaps(cells.take(cells.each(whole)), centres, facings, np.full(len(centres), np.pi), radius)
+    gaps = _gaps(cells.take(cells.each(whole)), centres, facings, np.full(len(centres), np.pi), radii)
     order = np.lexsort((gaps.gap, gaps.ring))
     widest = order[np.diff(gaps.ring[order], append=-1) != 0]
     found = facings.copy()
@@ -75,24 +78,25 @@ def middles(
 
 
 def drawn_angles(
-    cells: BandCells, centres: FloatArray, facings: FloatArray, reach: FloatArray, radius: float
+    cells: BandCells, centres: FloatArray, facings: FloatArray, reach: FloatArray, radii: FloatArray
 ) -> FloatArray:
-    """Visible angle (K,): the union of what each occupied cell within one cell of the circle covers.
+    """Visible angle (K,): the union of what each occupied cell within one cell of the circle (K radii) covers.
 
     A cell covers cell/R; gaps up to 1.5 cells are closed; no fixed bins.
     """
-    side, whole = 1 / radius, reach >= np.pi
-    gaps = _gaps(cells, centres, facings, reach, radius)
+    whole = reach >= np.pi
+    gaps = _gaps(cells, centres, facings, reach, radii)
+    side = 1 / radii[gaps.ring]
     # around a whole circle all gaps count, on a half the one behind it is where the arc ends
     end = gaps.last & ~whole[gaps.ring]
     covered = np.where(end, side, np.where(gaps.gap - side > 1.5 * side, side, gaps.gap))
     return np.minimum(np.bincount(gaps.ring, covered, len(centres)), 2 * reach)
 
 
-def _gaps(cells: BandCells, centres: FloatArray, facings: FloatArray, reach: FloatArray, radius: float) -> Gaps:
+def _gaps(cells: BandCells, centres: FloatArray, facings: FloatArray, reach: FloatArray, radii: FloatArray) -> Gaps:
     """Between cells within one cell of the circles and reach (K,) of the facings, around each ring."""
     down, right = cells.rows - cells.each(centres[:, 0]), cells.columns - cells.each(centres[:, 1])
-    near = np.abs(np.sqrt(down * down + right * right) - radius) <= 1.0
+    near = np.abs(np.sqrt(down * down + right * right) - cells.each(radii)) <= 1.0
     cells = cells.take(near)
     relative = difference(np.arctan2(down[near], right[near]), cells.each(facings))
     near = np.abs(relative) <= cells.each(reach)

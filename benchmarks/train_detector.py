@@ -25,7 +25,7 @@ from fidmap.detect.network import DILATIONS, JUDGE_STEPS, MIRRORED, SPOT_STEPS, 
 
 TARGET = Path(network.__file__).with_name("network.npz")
 BATCH = 256
-SPOT_WIDTH, JUDGE_WIDTHS, CORRECT_WIDTHS = 20, (24, 32, 32, 48), (32, 24)
+SPOT_WIDTH, JUDGE_WIDTHS, CORRECT_WIDTHS = 20, (32, 40, 40, 64), (32, 24)
 EASY = 0.25  # share of the windows without anything near them that a round of `spot` looks at
 TURNED = torch.tensor(MIRRORED[1:])  # along, across, turn, whole
 

@@ -32,8 +32,10 @@ from fidmap.synth.suite import case_rng, make_case, random_spec
 from fidmap.synth.truth import PartTruth
 
 SEED = 1
-SUITES: dict[Tier, int] = {"clean": 182, "noisy": 240, "broken": 216, "office": 297, "field": 138, "exact": 60}
-IDEAL = 250
+SUITES: dict[Tier, int] = {"clean": 223, "noisy": 416, "broken": 419, "office": 434, "field": 314, "exact": 60}
+FINE: dict[Tier, int] = {"clean": 60, "noisy": 180, "broken": 120, "field": 60}  # more of them, in cells of 2 to 2.5 cm
+FIRST_FINE = 5000  # their first index
+IDEAL = 400
 A2 = (28, 29, 30, 31, 32, 33, 34, 35, 36, 54, 55, 57, 58, 59, 68, 69)
 MOST_WINDOWS = 300  # per map; more come from a few crowded maps
 BIN = 2 * np.pi / SPOT_ANGLES
@@ -76,6 +78,9 @@ def make_maps(folder: Path) -> list[Path]:
     """The artificial maps, one file each; those that are there already are kept."""
     folder.mkdir(parents=True, exist_ok=True)
     jobs = [(tier, k, folder / f"{tier}-{k:04d}.pickle") for tier, number in SUITES.items() for k in range(number)]
+    jobs += [
+        (tier, FIRST_FINE + k, folder / f"fine-{tier}-{k:04d}.pickle") for tier, n in FINE.items() for k in range(n)
+    ]
     with ProcessPoolExecutor(2) as pool:
         list(pool.map(_make_map, [job for job in jobs if not job[2].exists()], chunksize=4))
     return [path for _, _, path in jobs]
@@ -85,6 +90,8 @@ def _make_map(job: tuple[Tier, int, Path]) -> None:
     tier, index, path = job
     rng = case_rng("tune", SEED, tier, index)
     spec = random_spec(rng, tier)
+    if index >= FIRST_FINE:
+        spec = replace(spec, resolution_m=0.02 if index % 2 else 0.025)
     if tier == "exact":  # what drawings by hand and simulators without noise look like
         spec = replace(spec, laser=replace(spec.laser, noise_m=0.0, mixed=0.0, skew=0.0, tilt=0.0))
     case = make_case(rng, spec, tier=tier)
@@ -99,32 +106,47 @@ def drawn_part(truth: PartTruth) -> DrawnPart:
 
 
 def ideal_drawing(number: int) -> Drawn:
-    """A wall with halves at exact places, every cell black that they touch: what people and plans draw."""
+    """A wall with halves at exact places and whole barrels beside it: what people and plans draw."""
     random = np.random.default_rng([SEED, number])
-    radius, angle, thick = random.uniform(3, 18), random.uniform(0, 2 * np.pi), random.uniform(0, 3)
+    radius, angle, thick = 2.8 + 15 * random.random() ** 2, random.uniform(0, 2 * np.pi), random.uniform(0, 3)
     side = int(12 * radius)
     labels = np.full((side, side), Label.FREE, np.uint8)
     out = np.array([np.cos(angle), np.sin(angle)])  # x, y of the wall's side A
+    aside = np.array([-out[1], out[0]])
     wall = side / 2 + random.uniform(-1, 1, 2)
-    parts: list[DrawnPart] = []
-    points: list[FloatArray] = []
-    along = np.linspace(-side, side, 8 * side)[:, None] * [-out[1], out[0]]
+    walls = [wall + sign * thick / 2 * out + np.linspace(-side, side, 8 * side)[:, None] * aside for sign in (1, -1)]
+    arcs: list[tuple[FloatArray, float | None]] = []
     for sign in (1, -1):
-        points.append(wall + sign * thick / 2 * out + along)
-        for place in (-3 * radius, 0.0, 3 * radius):
-            if random.random() < 0.6:
-                centre = wall + sign * thick / 2 * out + place * np.array([-out[1], out[0]])
-                turn = np.linspace(-np.pi / 2, np.pi / 2, 4000) + angle + (0 if sign > 0 else np.pi)
-                points.append(centre + radius * np.stack([np.cos(turn), np.sin(turn)], axis=1))
-                facing = float(angle + (0 if sign > 0 else np.pi))
-                x_m, y_m = centre * 0.3 / radius
-                parts.append(DrawnPart(str(len(parts)), float(x_m), float(y_m), facing, "yes", ()))
-                y, x = np.mgrid[0:side, 0:side] + 0.5 - centre[::-1, None, None]
-                labels[(np.hypot(x, y) < radius) & (sign * (x * out[0] + y * out[1]) > 0)] = Label.UNKNOWN
+        facing = float(angle + (0 if sign > 0 else np.pi))
+        places = [wall + sign * thick / 2 * out + k * radius * aside for k in (-3, 0, 3)]
+        arcs += [(place, facing) for place in places if random.random() < 0.6]
+        loose = wall + radius * (sign * random.uniform(3, 4) * out + random.uniform(-3, 3) * aside)
+        arcs += [(loose, None)] if random.random() < 0.4 else []
+    for place, towards in arcs:
+        _fill(labels, place, towards, radius)
+    points = walls + [_curve(place, facing, radius) for place, facing in arcs]
     x, y = np.floor(np.concatenate(points)).astype(int).T
     inside = (x >= 0) & (y >= 0) & (x < side) & (y < side)
     labels[y[inside], x[inside]] = Label.OCCUPIED
+    parts = [
+        DrawnPart(str(n), float(place[0]) * 0.3 / radius, float(place[1]) * 0.3 / radius, facing, "yes", ())
+        for n, (place, facing) in enumerate(arcs)
+    ]
     return Drawn(TrinaryGrid(labels, 0.3 / radius), 0.3, tuple(parts), number)
+
+
+def _fill(labels: npt.NDArray[np.uint8], place: FloatArray, facing: float | None, radius: float) -> None:
+    """Nobody saw what is inside of a barrel."""
+    y, x = np.mgrid[0 : len(labels), 0 : labels.shape[1]] + 0.5 - place[::-1, None, None]
+    ahead = 1.0 if facing is None else x * np.cos(facing) + y * np.sin(facing)
+    labels[(np.hypot(x, y) < radius) & (ahead > 0)] = Label.UNKNOWN
+
+
+def _curve(place: FloatArray, facing: float | None, radius: float) -> FloatArray:
+    """Points of a half circle, or of a whole one."""
+    reach = np.pi if facing is None else np.pi / 2
+    turn = np.linspace(-reach, reach, 4000) + (facing or 0.0)
+    return np.asarray(place + radius * np.stack([np.cos(turn), np.sin(turn)], axis=1))
 
 
 def real_maps() -> list[Drawn]:

@@ -70,15 +70,15 @@ class BandCells:
 
 def band_cells(labels: Labels, centres: FloatArray, radius: float, width: float) -> BandCells:
     """The occupied cells within about `width` of each ring (K, 2)."""
-    reach = int(np.ceil(radius + width)) + 1
-    padded = pad(labels, reach + 1)
+    reach, beyond = int(np.ceil(radius + width)) + 1, int(radius) + 1  # how far outside of the map a centre may lie
+    margin = reach + beyond
+    padded = pad(labels, margin)
     grid = np.arange(-reach, reach + 1)
     down, right = (axis.ravel() for axis in np.meshgrid(grid, grid, indexing="ij"))
     away = np.hypot(down, right)
     band = (away <= radius + width + 1) & (away >= radius - width - 1)
     offsets = (down[band] * padded.shape[1] + right[band]).astype(np.int32)
-    limit = np.array(labels.shape)
-    middle = np.clip(np.floor(centres), -1, limit).astype(np.int32) + reach + 1
+    middle = np.clip(np.floor(centres), -beyond, np.array(labels.shape) + beyond - 1).astype(np.int32) + margin
     starts = middle[:, 0] * np.int32(padded.shape[1]) + middle[:, 1]
     flat = padded.reshape(-1)
     places, counts = [np.empty(0, np.int32)], [np.empty(0, np.intp)]
@@ -88,7 +88,7 @@ def band_cells(labels: Labels, centres: FloatArray, radius: float, width: float)
         places.append(index[occupied])
         counts.append(np.count_nonzero(occupied, axis=1))
     row, column = np.divmod(np.concatenate(places), np.int32(padded.shape[1]))
-    return BandCells(row - (reach + 0.5), column - (reach + 0.5), np.concatenate(counts))
+    return BandCells(row - (margin - 0.5), column - (margin - 0.5), np.concatenate(counts))
 
 
 def pad(labels: Labels, width: int) -> Labels:

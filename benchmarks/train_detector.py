@@ -1,7 +1,7 @@
 """`./run bench train_detector FOLDER`: makes artificial maps of the tune split and trains the detector's networks.
 
 Needs PyTorch in .venv (`python3 -m pip --python .venv/bin/python install torch`), which nothing else here does. Maps
-and tables are kept in FOLDER, so that a second run only trains. About an hour on two cores; writes network.npz.
+and tables are kept in FOLDER, so that a second run only trains. About two hours on two cores; writes network.npz.
 """
 
 from __future__ import annotations
@@ -136,11 +136,11 @@ def windows_loss(net: nn.Module, windows: Tensor, labels: Tensor, targets: Tenso
     return loss
 
 
-def stored(folder: Path, name: str, make, paths: list[Path], copies: int) -> list[Tensor]:  # type: ignore[no-untyped-def]
+def stored(folder: Path, name: str, make, paths: list[Path], copies: int, worn: int = 1) -> list[Tensor]:  # type: ignore[no-untyped-def]
     """The columns of a table, made once."""
     path = folder / f"{name}.npz"
     if not path.exists():
-        np.savez(path, *tables(make, paths, copies))
+        np.savez(path, *tables(make, paths, copies, worn))
     with np.load(path) as columns:
         found = [torch.from_numpy(columns[key]) for key in columns.files]
     return [column.float() if column.is_floating_point() else column for column in found]
@@ -158,7 +158,7 @@ def train_spot(columns: list[Tensor]) -> nn.Module:
         return rows[torch.randperm(len(rows), generator=generator)]
 
     net = Spot()
-    return train(net, windows_loss(net, windows, labels, targets, radii, 0.05), choose, epochs=12, decay=1e-4)
+    return train(net, windows_loss(net, windows, labels, targets, radii, 0.05), choose, epochs=10, decay=1e-4)
 
 
 def train_judge(columns: list[Tensor]) -> nn.Module:
@@ -167,7 +167,7 @@ def train_judge(columns: list[Tensor]) -> nn.Module:
     rows = torch.nonzero(labels >= 0)[:, 0]
     net = Judge()
     loss = windows_loss(net, windows, labels, targets, radii, 0.02)
-    return train(net, loss, lambda g: rows[torch.randperm(len(rows), generator=g)], epochs=16, decay=3e-3)
+    return train(net, loss, lambda g: rows[torch.randperm(len(rows), generator=g)], epochs=8, decay=3e-3)
 
 
 def train_correct(columns: list[Tensor]) -> nn.Module:
@@ -202,7 +202,7 @@ def main() -> int:
     folder = Path(sys.argv[1])
     paths = make_maps(folder / "maps")
     keep("spot", train_spot(stored(folder, "spot", spot_table, paths, copies=3)))
-    keep("judge", train_judge(stored(folder, "judge", judge_table, paths, copies=4)))
+    keep("judge", train_judge(stored(folder, "judge", judge_table, paths, copies=4, worn=2)))
     keep("correct", train_correct(stored(folder, "correct", correct_table, paths, copies=2)))
     return 0
 

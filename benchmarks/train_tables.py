@@ -158,14 +158,19 @@ def real_maps() -> list[Drawn]:
     ]
 
 
-def tables(make, paths: Sequence[Path], copies: int) -> list[npt.NDArray[np.generic]]:  # type: ignore[no-untyped-def]
-    """The rows that `make` finds on all artificial maps and, so many times, on the real ones."""
+def tables(make, paths: Sequence[Path], copies: int, worn: int) -> list[npt.NDArray[np.generic]]:  # type: ignore[no-untyped-def]
+    """The rows that `make` finds on artificial and on real maps, each so many times, and on ideal drawings."""
     with ProcessPoolExecutor(2) as pool:
-        rows = list(pool.map(make, (pickle.loads(path.read_bytes()) for path in paths), chunksize=4))
+        drawn = (pickle.loads(path.read_bytes()) for path in paths)
+        rows = list(pool.map(make, (again for one in drawn for again in _again(one, worn)), chunksize=4))
         rows += pool.map(make, (ideal_drawing(k) for k in range(IDEAL)), chunksize=4)
-    again = [replace(drawn, number=drawn.number + 1000 * k) for k in range(copies) for drawn in real_maps()]
-    rows += [make(drawn) for drawn in again]
+    rows += [make(again) for drawn in real_maps() for again in _again(drawn, copies)]
     return [np.concatenate(column) for column in zip(*rows, strict=True)]
+
+
+def _again(drawn: Drawn, copies: int) -> list[Drawn]:
+    """The same map with other random numbers."""
+    return [replace(drawn, number=drawn.number + 1000 * k) for k in range(copies)]
 
 
 def spot_table(drawn: Drawn) -> Table:

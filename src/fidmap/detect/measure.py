@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from fidmap.detect.arcs import HALF, Arcs, difference
+from fidmap.detect.arcs import HALF, Arcs
 from fidmap.detect.cells import BandCells
 from fidmap.detect.fits import estimates
 from fidmap.detect.network import correct
@@ -98,10 +98,11 @@ def _gaps(cells: BandCells, centres: FloatArray, facings: FloatArray, reach: Flo
     down, right = cells.rows - cells.each(centres[:, 0]), cells.columns - cells.each(centres[:, 1])
     near = np.abs(np.sqrt(down * down + right * right) - cells.each(radii)) <= 1.0
     cells = cells.take(near)
-    relative = difference(np.arctan2(down[near], right[near]), cells.each(facings))
+    down, right, s, c = down[near], right[near], cells.each(np.sin(facings)), cells.each(np.cos(facings))
+    relative = np.arctan2(down * c - right * s, down * s + right * c)
     near = np.abs(relative) <= cells.each(reach)
     angle, ring = relative[near], cells.ring[near]
-    angle = angle[np.lexsort((angle, ring))]  # the rings are in order already
+    angle = angle[np.argsort(ring * (3 * np.pi) + angle)]  # the rings are in order already
     last = np.diff(ring, append=-1) != 0
     first = np.roll(last, 1)
     after = np.roll(angle, -1)

@@ -9,7 +9,6 @@ beyond the process that holds the `TrinaryGrid`.
 from __future__ import annotations
 
 import os
-import resource
 import subprocess
 import sys
 import time
@@ -103,9 +102,15 @@ def main() -> int:
 
 def _peak_bytes(grid: TrinaryGrid, radius_m: float) -> int:
     """Growth of the process's peak: nothing before it was larger, since the labels were read as they are."""
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    before = _peak_kib()
     find_barrel_parts(grid, radius_m)
-    return (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024
+    return (_peak_kib() - before) * 1024
+
+
+def _peak_kib() -> int:
+    """The peak of this program's memory; that of `getrusage` begins with what the process that started it had."""
+    status = Path("/proc/self/status").read_text(encoding="ascii")
+    return int(status.split("VmHWM:")[1].split()[0])
 
 
 if __name__ == "__main__":

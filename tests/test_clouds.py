@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import struct
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -268,6 +269,24 @@ def test_a_laz_file_that_kills_its_decoder(tmp_path: Path) -> None:
     data[table + 4 : table + 8] = b"\xff" * 4
     (tmp_path / "a.laz").write_bytes(data)
     assert "points, 0 could be decoded; copy or save it again" in sentence(tmp_path / "a.laz")
+
+
+def test_a_small_laz_file_of_many_points(tmp_path: Path) -> None:
+    """A kilobyte that announced 86 million points kept its decoder busy for 40 s (found by fuzzing)."""
+    data = bytearray(write_las(tmp_path / "a.laz", room(0.2)).read_bytes())
+    data[247:255] = (86_704_128).to_bytes(8, "little")
+    (tmp_path / "a.laz").write_bytes(data)
+    assert "it announces 86,704,128 points, at most 500,000,000 are read, and 2,500 per byte" in sentence(
+        tmp_path / "a.laz"
+    )
+
+
+def test_a_las_file_of_absurd_scale(tmp_path: Path) -> None:
+    """Points beyond all numbers are left out without a warning of numpy (found by fuzzing)."""
+    data = bytearray(write_las(tmp_path / "a.las", room(0.2)).read_bytes())
+    data[131:155] = struct.pack("<3d", 1e308, 1e308, 1e308)
+    (tmp_path / "a.las").write_bytes(data)
+    assert np.isfinite([read_map(tmp_path / "a.las").origin.x_m, read_map(tmp_path / "a.las").origin.y_m]).all()
 
 
 def test_compressed_points_that_are_damaged(tmp_path: Path) -> None:

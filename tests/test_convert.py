@@ -96,6 +96,16 @@ def test_geotiffs_of_few_walls_read_back(tmp_path: Path, values: list[list[float
     assert (again.origin.x_m, again.origin.y_m, again.origin.yaw) == pytest.approx((1, -2, 0.3))
 
 
+def test_a_geotiff_saved_in_greys_is_an_image(tmp_path: Path) -> None:
+    """Another program may keep the description and not the colours."""
+    path = convert.write(tmp_path / "map.tif", Grid(np.ones((4, 5), np.float32), 0.05))[0]
+    with Image.open(path) as picture:
+        tags = {tag: picture.tag_v2[tag] for tag in (270, 34264)}
+    Image.fromarray(np.full((15, 12), 52685, np.uint16)).save(path, tiffinfo=tags)
+
+    assert read_map(path).source.format == "geotiff"
+
+
 def test_there_and_back_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By the command line: YAML to GeoTIFF to YAML keeps every label and the place."""
     monkeypatch.chdir(tmp_path)

@@ -25,6 +25,7 @@ from fidmap.maps.point_table import kept
 from fidmap.model import Grid
 
 HEADER_BYTES = 375
+MOST_POINTS_PER_BYTE = 2500  # the first of each 50,000 points is not compressed, and has 20 bytes and more
 POINT_BYTES = 12  # X, Y and Z as 32-bit integers come first in every point format
 
 
@@ -75,9 +76,10 @@ def _header(head: bytes) -> Header:
 def _metres(rows: npt.NDArray[np.int32], header: Header) -> Points:
     """X, Y and Z (n, 3) to metres."""
     points = np.empty(rows.shape, np.float64, order="F")
-    for k, (scale, offset) in enumerate(zip(header.scale, header.offset, strict=True)):
-        np.multiply(rows[:, k], scale, out=points[:, k])
-        points[:, k] += offset
+    with np.errstate(over="ignore", invalid="ignore"):  # of absurd scales: such points are not finite and fall out
+        for k, (scale, offset) in enumerate(zip(header.scale, header.offset, strict=True)):
+            np.multiply(rows[:, k], scale, out=points[:, k])
+            points[:, k] += offset
     return points
 
 
@@ -94,8 +96,11 @@ def _plain(path: Path, header: Header) -> Iterator[Points]:
 
 def _unpacked(path: Path, header: Header) -> Iterator[Points]:
     """Blocks of a compressed file, from the child that decodes it."""
-    if header.count > MAX_POINTS:
-        raise BrokenRecordError(f"it announces {header.count:,} points, at most {MAX_POINTS:,} are read")
+    if header.count > min(MAX_POINTS, MOST_POINTS_PER_BYTE * path.stat().st_size):
+        raise BrokenRecordError(
+            f"it announces {header.count:,} points, at most {MAX_POINTS:,} are read, and "
+            f"{MOST_POINTS_PER_BYTE:,} per byte"
+        )
     command = [sys.executable, "-m", "fidmap.maps.laz_points", str(path.absolute())]
     done = 0
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as child:

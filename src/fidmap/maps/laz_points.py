@@ -7,30 +7,36 @@ from __future__ import annotations
 
 import sys
 from importlib import import_module
+from pathlib import Path
 
 import numpy as np
 
 CHUNK_POINTS = 500_000
 MAX_BYTES = 1 << 30
-MAX_SECONDS = 600
+LEAST_SECONDS, MAX_SECONDS = 5, 600
+SLOWEST_BYTES_PER_S = 20_000  # a fiftieth of what decoding usually does
 
 
 def main(path: str) -> None:
     """Decode block by block; whatever goes wrong ends this process, and only this one."""
-    limit_resources()
+    limit_resources(Path(path).stat().st_size)
     with import_module("laspy").open(path) as reader:
         for block in reader.chunk_iterator(CHUNK_POINTS):
             sys.stdout.buffer.write(np.stack([block.X, block.Y, block.Z], axis=1).astype("<i4").tobytes())
 
 
-def limit_resources() -> None:
-    """At most 1 GiB of own memory and ten minutes, where the operating system knows such bounds."""
+def limit_resources(size: int) -> None:
+    """At most 1 GiB of own memory, and time by the file's bytes, where the operating system knows such bounds.
+
+    A kilobyte of nonsense can announce millions of points, which would be decoded for minutes.
+    """
     try:
         resource = import_module("resource")
     except ImportError:  # Windows
         return
     resource.setrlimit(resource.RLIMIT_DATA, (MAX_BYTES, MAX_BYTES))
-    resource.setrlimit(resource.RLIMIT_CPU, (MAX_SECONDS, MAX_SECONDS))
+    seconds = min(MAX_SECONDS, LEAST_SECONDS + size // SLOWEST_BYTES_PER_S)
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 

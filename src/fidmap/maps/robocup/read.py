@@ -50,7 +50,9 @@ def is_rescue_map(picture: Picture) -> bool:
 def _is_ours(picture: Picture) -> bool:
     """Whether `fidmap convert` wrote it."""
     tags = getattr(picture.image, "tag_v2", None) or {}
-    return picture.shape[0] % FACTOR == picture.shape[1] % FACTOR == 0 and tags.get(DESCRIPTION_TAG) == OURS
+    if picture.image is None or picture.image.mode not in _COLOURED or tags.get(DESCRIPTION_TAG) != OURS:
+        return False  # somebody else's, or ours after another program saved it in greys
+    return picture.image.width % FACTOR == picture.image.height % FACTOR == 0
 
 
 @dataclass(frozen=True, eq=False)

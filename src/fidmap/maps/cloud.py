@@ -196,7 +196,8 @@ def _count(cloud: Cloud, view: View, step: float, low: FloatArray, shape: tuple[
     left, bottom = map(float, low)  # numpy's own float64 would make float32 points wide
     for block in cloud.blocks():
         x, y, height = view.look(block)
-        column, row = (x - left) / step, (y - bottom) / step
+        with np.errstate(invalid="ignore", over="ignore"):  # as in `_along`
+            column, row = (x - left) / step, (y - bottom) / step
         inside = (column >= 0) & (column < shape[1]) & (row >= 0) & (row < shape[0])
         walls = inside & (height >= view.low) & (height <= view.high)
         # a Python 1 would be cast for every point

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import struct
+import subprocess
+import sys
 import tracemalloc
 from pathlib import Path
 
@@ -50,6 +52,21 @@ def test_a_tiff_of_which_most_is_missing(tmp_path: Path) -> None:
     assert "m.tif is a broken or truncated TIFF image" in sentence("m.tif", resolution_m=0.05)
     assert tracemalloc.get_traced_memory()[1] < MEGABYTE
     tracemalloc.stop()
+
+
+def test_pillow_says_nothing_of_its_own(tmp_path: Path) -> None:
+    """A TIFF with a thousand samples per pixel: Pillow logs an error, which Python prints where nobody handles it."""
+    file = io.BytesIO()
+    Image.new("RGB", (30, 20)).save(file, "TIFF")
+    data = bytearray(file.getvalue())
+    entry = data.index(struct.pack("<HHIH", 277, 3, 1, 3))
+    data[entry : entry + 12] = struct.pack("<HHII", 277, 3, 1, 1000)
+    (tmp_path / "m.tif").write_bytes(data)
+    command = [sys.executable, "-m", "fidmap", "detect", "m.tif", "--radius", "0.3", "--resolution", "0.05"]
+    told = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert told.returncode == 1
+    assert told.stderr.count("\n") == 1
+    assert told.stderr.startswith("fidmap: m.tif")
 
 
 def test_links_that_lead_in_a_circle(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ called directly, not by `Image.open`: only the formats named here, by content, u
 from __future__ import annotations
 
 import io
+import logging
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -20,6 +21,9 @@ from fidmap.maps import netpbm
 from fidmap.maps.files import check_size, fault
 from fidmap.maps.tables import look_up
 from fidmap.model import MapFileError
+
+# what is wrong with a file is told in our own sentence, not in a line of Pillow's before it
+logging.getLogger("PIL").addHandler(logging.NullHandler())
 
 Bytes = npt.NDArray[np.uint8]
 

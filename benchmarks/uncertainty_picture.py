@@ -39,7 +39,7 @@ def _panel(left: float, name: str, points: Sequence[Point]) -> list[str]:
         tag("rect", x=left, y=_y(0.97), width=WIDE, height=_y(0.93) - _y(0.97), fill="#e8f3ea"),
         tag("line", x1=left, x2=left + WIDE, y1=_y(0.95), y2=_y(0.95), stroke="#888", stroke_dasharray="4 4"),
         tag("rect", x=left, y=EDGE, width=WIDE, height=HIGH, fill="none", stroke="#888"),
-        text(f"{name}: share of intervals that hold the truth", left, EDGE - 10, 12),
+        text(f"{name}: percent of intervals that hold the truth", left, EDGE - 10, 12),
     ]
     parts += [text(f"{100 * v:.0f}", left - 5, _y(v) + 4, 11, text_anchor="end") for v in (0.8, 0.85, 0.9, 0.95, 1.0)]
     step = WIDE / len(SIZES)

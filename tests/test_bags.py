@@ -165,6 +165,14 @@ def test_a_killed_recording_is_read_as_far_as_it_goes(tmp_path: Path) -> None:
     assert (as_values(tmp_path / "cut.mcap") == known(cells(1))).all()
 
 
+def test_a_summary_that_begins_in_the_footer(tmp_path: Path) -> None:
+    """Read as if there were none (found by fuzzing)."""
+    data = bytearray(mcap_bytes(THREE))
+    data[-28:-20] = struct.pack("<Q", len(data) - 20)
+    (tmp_path / "a.mcap").write_bytes(data)
+    assert (as_values(tmp_path / "a.mcap") == known(cells(2))).all()
+
+
 def test_the_command_line_reads_bags(tmp_path: Path) -> None:
     """`--topic` and `--time` reach the reader, and the report says what they were."""
     path = write_bag1(tmp_path / "a.bag", [("/a", 0, cells(0)), ("/b", 1, cells(1))])

@@ -13,7 +13,10 @@ import pytest
 from PIL import Image
 
 from command_line import fault, fidmap
-from map_files import sentence, write_pgm, write_yaml
+from fidmap.grid import trinarize
+from fidmap.maps import read_map
+from fidmap.model import Label
+from map_files import sentence, write_map, write_pgm, write_yaml
 
 MEGABYTE = 1 << 20
 
@@ -67,6 +70,13 @@ def test_pillow_says_nothing_of_its_own(tmp_path: Path) -> None:
     assert told.returncode == 1
     assert told.stderr.count("\n") == 1
     assert told.stderr.startswith("fidmap: m.tif")
+
+
+def test_an_absurd_threshold_is_infinite(tmp_path: Path) -> None:
+    """Greater than any float32: nothing is occupied, and numpy does not warn (found by fuzzing)."""
+    path = write_map(tmp_path, [[0, 254, 254]], occupied_thresh="1e300")
+    labels = trinarize(read_map(path)).labels
+    assert labels.tolist() == [[Label.UNKNOWN, Label.FREE, Label.FREE]]
 
 
 def test_links_that_lead_in_a_circle(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
+import numpy as np
 import yaml
 
 from fidmap.maps.cells import MODES, Meaning, Mode
@@ -90,8 +91,8 @@ def understood(data: bytes, subject: object, overrides: Overrides) -> tuple[Desc
             value("resolution", _resolution, 1.0),
             value("origin", _origin, Pose2()),
             value("negate", _negate, False),
-            value("free_thresh", _number, 0.196),
-            value("occupied_thresh", _number, 0.65),
+            value("free_thresh", _threshold, 0.196),
+            value("occupied_thresh", _threshold, 0.65),
             value("mode", _mode, "trinary"),
             overrides.flavour or "nav2",
         ),
@@ -163,6 +164,12 @@ def _number(value: Any) -> float:
     if not math.isfinite(number):
         raise _KeyFaultError(f"is {_shown(value)}, expected a finite number")
     return number
+
+
+def _threshold(value: Any) -> float:
+    """As far as float32 goes, in which thresholds are compared."""
+    most = float(np.finfo(np.float32).max)
+    return max(-most, min(most, _number(value)))
 
 
 def _resolution(value: Any) -> float:

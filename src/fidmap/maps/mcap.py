@@ -59,7 +59,7 @@ def _summarised(file: BufferedReader, size: int, budget: Budget) -> ChunkedRecor
     if footer.left != 37 or footer.numbers("BQ") != (FOOTER, 20) or bytes(footer.data[-8:]) != MAGIC:
         return None
     start = footer.number("Q")
-    if not len(MAGIC) < start < size or size - start > MAX_SUMMARY_BYTES:
+    if not len(MAGIC) < start <= size - 37 or size - start > MAX_SUMMARY_BYTES:
         return None
     registry = _Registry()
     cursor = Cursor(_read(file, start, size - 37 - start))

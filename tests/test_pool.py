@@ -51,12 +51,13 @@ def test_an_own_bug_is_raised() -> None:
 
 
 SLEEPER = """
-import os, time
+import os, signal, time
 from fidmap.study import pool
 def sleep(job):
     open(f"started{os.getpid()}", "w").close()
     time.sleep(60)
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
     try:
         list(pool.run([0, 1, 2, 3], sleep, None, 2))
     except KeyboardInterrupt:

@@ -66,7 +66,7 @@ def test_set_up_from_a_clean_clone(tmp_path: Path) -> None:
         done = subprocess.run(demo, env=environment, cwd=tmp_path, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
         assert ("setting up" in done.stderr) == setting_up
-        assert "shown/maps/good.yaml" in done.stdout
+        assert "maps/good.yaml" in done.stdout
     assert (tmp_path / "shown/index.html").is_file()
     status = ["git", "-C", tmp_path / "clone", "status", "--porcelain"]
     assert subprocess.run(status, capture_output=True, check=True).stdout == b""

@@ -23,3 +23,9 @@ def test_evaluate_stays_the_function_whatever_was_imported_first() -> None:
 def test_importing_the_package_loads_nothing_heavy() -> None:
     code = "import sys, fidmap; assert 'numpy' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_scoring_does_not_wait_for_all_of_scipy() -> None:
+    """scipy.stats and the parts that only it needs take half a second to load."""
+    code = "import sys, fidmap; fidmap.evaluate; assert 'scipy.stats' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)

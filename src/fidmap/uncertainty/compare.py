@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtr  # Student's t, without the half second that scipy.stats takes to load
 
 from fidmap.model import LONG, SHORT, FloatArray
 from fidmap.uncertainty.clusters import Sums, cluster_of, summed
@@ -68,7 +68,7 @@ def probability_better(one: Losses, other: Losses) -> float | None:
     deviation = UNSEEN * float(np.nanstd(difference, ddof=1)) * math.sqrt(count / (count - 1))
     if deviation < 1e-12:
         return 0.5 if a == b else float(a > b)
-    return float(student.cdf((a - b) / deviation, count - 1))
+    return float(stdtr(count - 1, (a - b) / deviation))
 
 
 def _overall(losses: Losses, turn: int) -> tuple[float, FloatArray, int] | None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit  # Student's t, without the half second that scipy.stats takes to load
 
 from fidmap.geometry import ComplexArray, as_complex
 from fidmap.model import Arena, Assignment, Attributes, FloatArray, GroupResult, Settings, Span
@@ -163,7 +163,7 @@ def scale_bounds(
     weight = weight[(weight > 0).sum(axis=1) > 1]
     scales = np.abs(_polished(source, target, arena, assignment, settings, weight)[0])
     deviation = float(scales.std(ddof=1)) * math.sqrt(clusters / (clusters - 1))
-    reach = float(student.ppf(0.975, clusters - 1)) * deviation
+    reach = float(stdtrit(clusters - 1, 0.975)) * deviation
     return assignment.transform.scale - reach, assignment.transform.scale + reach
 
 
@@ -238,7 +238,7 @@ def student_span(value: float, values: FloatArray, clusters: int) -> Span:
     if deviation < 1e-9 or loss < 1e-9:
         low, high = wilson(value, clusters)
         return Span(low, high)
-    reach = min(20.0, float(student.ppf(0.975, clusters - 1)) * deviation / loss)
+    reach = min(20.0, float(stdtrit(clusters - 1, 0.975)) * deviation / loss)
     return Span(max(0.0, 1 - loss * math.exp(reach)), 1 - loss * math.exp(-reach))
 
 

@@ -289,6 +289,27 @@ def test_a_las_file_of_absurd_scale(tmp_path: Path) -> None:
     assert np.isfinite([read_map(tmp_path / "a.las").origin.x_m, read_map(tmp_path / "a.las").origin.y_m]).all()
 
 
+SIGNALLING = np.frombuffer(b"\x01\0\xa0\x7f", "<f4")  # a NaN that numpy warns of when it computes with it
+
+
+@pytest.mark.parametrize("turn", [0, 30])
+@pytest.mark.parametrize("encoding", ["ascii", "binary"])
+def test_numpy_does_not_warn_of_points_that_are_none(tmp_path: Path, turn: int, encoding: str) -> None:
+    """Signalling NaNs, and infinities that cancel out where the cloud is turned: warnings are errors in these tests."""
+    points = Rotation.from_euler("x", turn, degrees=True).apply(room())
+    strange = np.array([[np.inf, np.inf, -np.inf], [-np.inf, np.inf, np.inf], [1, np.inf, np.inf], [2, 2, 2]])
+    path = write_pcd(tmp_path / "a.pcd", np.concatenate([points, np.repeat(strange, 50, axis=0)]), encoding)
+    two = np.array([2, 2, 2], "<f4").tobytes()
+    path.write_bytes(path.read_bytes().replace(two, SIGNALLING.tobytes() * 3))
+    assert label_at(read_map(path), 2, 0) == Label.OCCUPIED
+
+
+def test_numpy_does_not_warn_of_points_beyond_float32(tmp_path: Path) -> None:
+    """Text is remembered as float32; what does not fit is told in our own sentence, and nothing before it."""
+    path = ply(tmp_path, np.array([[0, 0, 0], [1e300, 0, 0]]), form="ascii")
+    assert "holds points over 100,000 km away" in sentence(path)
+
+
 def test_compressed_points_that_are_damaged(tmp_path: Path) -> None:
     """LZF refuses what cannot be its own (found by fuzzing)."""
     data = bytearray(write_pcd(tmp_path / "a.pcd", room(0.2), "binary_compressed").read_bytes())

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -247,3 +249,15 @@ def test_drawings_that_lie(tmp_path: Path, case: str) -> None:
     content, says = BROKEN[case]
     (tmp_path / "broken").write_bytes(content.encode("latin-1"))
     assert says in sentence(tmp_path / "broken")
+
+
+def test_ezdxf_says_nothing_of_its_own(tmp_path: Path) -> None:
+    """A line between two sections: ezdxf logs a warning, which Python prints where nobody handles it."""
+    path = write_dxf(tmp_path / "plan.dxf", CIRCLE)
+    tables = b"  0\nSECTION\n  2\nTABLES\n"
+    path.write_bytes(path.read_bytes().replace(tables, b"  0\nLINE\n  8\n0\n" + tables))
+    command = [sys.executable, "-m", "fidmap", "detect", str(path), "--radius", "0.3", "--layer", "none"]
+    told = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert told.returncode == 1
+    assert told.stderr.count("\n") == 1
+    assert told.stderr.startswith(f"fidmap: {path} has no layer")

@@ -57,6 +57,8 @@ class Extent:
     sample: FloatArray
 
 
+# points that are not finite, and absurd ones, stay so and fall out: numpy has nothing to tell about them
+@np.errstate(invalid="ignore", over="ignore")
 def read_cloud(cloud: Cloud, path: Path, name: str, kind: str, overrides: Overrides) -> Grid:
     """Find the floor, cut the slab, and look at it from above.
 
@@ -125,8 +127,7 @@ def _along(points: Points, axis: FloatArray) -> Points:
     a, b, c = (float(value) for value in axis)
     if (a, b, c) == (0, 0, 1):
         return points[:, 2]
-    with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite stay so, and fall out later
-        return a * points[:, 0] + b * points[:, 1] + c * points[:, 2]
+    return a * points[:, 0] + b * points[:, 1] + c * points[:, 2]
 
 
 def _survey(cloud: Cloud, name: str) -> Extent:
@@ -142,8 +143,7 @@ def _survey(cloud: Cloud, name: str) -> Extent:
                 column = column[np.isfinite(column)]
                 least, most = float(column.min(initial=np.inf)), float(column.max(initial=-np.inf))
             low[axis], high[axis] = min(low[axis], least), max(high[axis], most)
-        with np.errstate(invalid="ignore"):  # a signalling NaN is one like any other
-            thin = block[::step].astype(float)
+        thin = block[::step].astype(float)
         sample.append(thin[np.isfinite(thin).all(axis=1)])
     points = np.concatenate(sample) if sample else np.empty((0, 3))
     if not len(points):
@@ -196,8 +196,7 @@ def _count(cloud: Cloud, view: View, step: float, low: FloatArray, shape: tuple[
     left, bottom = map(float, low)  # numpy's own float64 would make float32 points wide
     for block in cloud.blocks():
         x, y, height = view.look(block)
-        with np.errstate(invalid="ignore", over="ignore"):  # as in `_along`
-            column, row = (x - left) / step, (y - bottom) / step
+        column, row = (x - left) / step, (y - bottom) / step
         inside = (column >= 0) & (column < shape[1]) & (row >= 0) & (row < shape[0])
         walls = inside & (height >= view.low) & (height <= view.high)
         # a Python 1 would be cast for every point

@@ -76,10 +76,9 @@ def _header(head: bytes) -> Header:
 def _metres(rows: npt.NDArray[np.int32], header: Header) -> Points:
     """X, Y and Z (n, 3) to metres."""
     points = np.empty(rows.shape, np.float64, order="F")
-    with np.errstate(over="ignore", invalid="ignore"):  # of absurd scales: such points are not finite and fall out
-        for k, (scale, offset) in enumerate(zip(header.scale, header.offset, strict=True)):
-            np.multiply(rows[:, k], scale, out=points[:, k])
-            points[:, k] += offset
+    for k, (scale, offset) in enumerate(zip(header.scale, header.offset, strict=True)):
+        np.multiply(rows[:, k], scale, out=points[:, k])
+        points[:, k] += offset
     return points
 
 

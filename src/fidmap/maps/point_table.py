@@ -96,8 +96,7 @@ def kept(blocks: Callable[[], Iterator[Points]], count: int) -> Callable[[], Ite
         for block in blocks():
             if not memory and len(block):
                 base = np.nan_to_num(block[0].astype(float), posinf=0, neginf=0)
-            with np.errstate(over="ignore"):
-                memory.append((base, np.asfortranarray(block - base, np.float32)))
+            memory.append((base, np.asfortranarray(block - base, np.float32)))
             yield block
 
     return again

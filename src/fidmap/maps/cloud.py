@@ -198,17 +198,12 @@ def _count(cloud: Cloud, view: View, step: float, low: FloatArray, shape: tuple[
         x, y, height = view.look(block)
         column, row = (x - left) / step, (y - bottom) / step
         inside = (column >= 0) & (column < shape[1]) & (row >= 0) & (row < shape[0])
+        # places in the flattened map, which has fewer than 2^31 cells; those of points outside mean nothing
+        cells = row.astype(np.int32) * np.int32(shape[1]) + column.astype(np.int32)
         walls = inside & (height >= view.low) & (height <= view.high)
-        # a Python 1 would be cast for every point
-        np.add.at(slab, _cells(row, column, walls, shape[1]), np.int32(1))
-        ground = inside & (height >= -FLOOR_BELOW_M) & (height <= FLOOR_ABOVE_M)
-        floor[_cells(row, column, ground, shape[1])] = True
+        np.add.at(slab, cells[walls], np.int32(1))  # a Python 1 would be cast for every point
+        floor[cells[inside & (height >= -FLOOR_BELOW_M) & (height <= FLOOR_ABOVE_M)]] = True
     return slab.reshape(shape), floor.reshape(shape)
-
-
-def _cells(row: Points, column: Points, mask: Mask, width: int) -> npt.NDArray[np.int32]:
-    """Places of the chosen points in the flattened map, which has fewer than 2^31 cells."""
-    return row[mask].astype(np.int32) * np.int32(width) + column[mask].astype(np.int32)
 
 
 def _summed(counts: Counts, factor: int) -> Counts:

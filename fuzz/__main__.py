@@ -1,7 +1,7 @@
 """`./run fuzz [SECONDS] [WORD ...]`: damaged files to every reader, in a process of its own with 1 GB and 10 s each.
 
-What counts as a fault: anything but a value or one sentence, a process that dies, over 10 s of work, over 1 GB of
-memory. Each input has a seed's name and a number; the same two give the same bytes again:
+What counts as a fault: anything but a value or one sentence, a process that dies or writes to stderr, over 10 s of
+work, over 1 GB of memory. Each input has a seed's name and a number; the same two give the same bytes again:
 
     python -m fuzz --one NAME NUMBER FILE      writes that input and reads it
 """

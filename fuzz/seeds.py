@@ -101,6 +101,10 @@ def _images(grey: np.ndarray[tuple[int, int], np.dtype[np.uint8]]) -> Iterator[t
         file = io.BytesIO()
         image.convert(mode).save(file, form)
         yield name, file.getvalue()
+    for name, mode, compression in (("TIFF LZW", "L", "tiff_lzw"), ("TIFF fax", "1", "group4")):
+        file = io.BytesIO()
+        image.convert(mode).save(file, "TIFF", compression=compression)
+        yield name, file.getvalue()
 
 
 def _room() -> Points:

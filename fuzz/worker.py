@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import time
 import traceback
 from multiprocessing.connection import Connection
@@ -57,12 +58,18 @@ def _work(pipe: Connection, folder: Path) -> None:
     """Take (name, number) from the pipe, read that input, and say what became of it."""
     all_seeds = seeds(folder)
     by_name = {seed.name: seed for seed in all_seeds}
+    words = folder / "stderr"
+    os.dup2(os.open(words, os.O_WRONLY | os.O_CREAT | os.O_APPEND), 2)
     while (job := pipe.recv()) is not None:
         name, number = job
         seed = by_name[name]
         path = seed.place(folder)
         path.write_bytes(damaged(seed, number, all_seeds))
-        pipe.send(attempt(seed, path))
+        outcome, text = attempt(seed, path)
+        if said := words.read_text(errors="replace"):
+            outcome, text = "fault", f"wrote to stderr: {said[:500]}; {text}"
+            os.truncate(words, 0)
+        pipe.send((outcome, text))
 
 
 class Worker:

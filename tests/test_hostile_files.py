@@ -9,6 +9,7 @@ import sys
 import tracemalloc
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image
 
@@ -70,6 +71,23 @@ def test_pillow_says_nothing_of_its_own(tmp_path: Path) -> None:
     assert told.returncode == 1
     assert told.stderr.count("\n") == 1
     assert told.stderr.startswith("fidmap: m.tif")
+
+
+@pytest.mark.parametrize(("mode", "compression"), [("L", "tiff_lzw"), ("1", "group4")])
+def test_libtiff_says_nothing_of_its_own(tmp_path: Path, mode: str, compression: str) -> None:
+    """It writes past Python to stderr, and what comes behind a broken word of a fax code used to be made up."""
+    grey = np.random.default_rng(0).choice(np.array([0, 254], np.uint8), (40, 60))
+    path = tmp_path / "m.tif"
+    Image.fromarray(grey).convert(mode).save(path, compression=compression)
+    assert read_map(path, resolution_m=0.05).occupancy.shape == (40, 60)
+    data = bytearray(path.read_bytes())
+    data[100:120] = b"\x5a" * 20
+    path.write_bytes(data)
+    command = [sys.executable, "-m", "fidmap", "detect", "m.tif", "--radius", "0.3", "--resolution", "0.05"]
+    told = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert told.returncode == 1
+    assert told.stderr.count("\n") == 1
+    assert told.stderr.startswith("fidmap: m.tif is a broken or truncated TIFF image")
 
 
 def test_an_absurd_threshold_is_infinite(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import logging
+import os
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -121,7 +122,10 @@ def _load(data: bytes, name: str, decoder: type[ImageFile.ImageFile], subject: o
                 raise OSError("the strips of the file do not cover the image; its decoder would fill it up with black")
             # Pillow forgets how many bits a grey PNG had, while its transparent grey is given in those bits.
             image.info["fidmap_bits"] = {"L;2": 2, "L;4": 4}.get(_raw_mode(image), 8)
-            image.load()
+            if name == "TIFF":
+                _load_tiff(image)
+            else:
+                image.load()
             if image.mode not in _MODES:
                 raise fault(subject, f"holds samples of kind {image.mode}; save the map with 8 or 16 bits per pixel")
     except (MapFileError, MemoryError):
@@ -133,6 +137,31 @@ def _load(data: bytes, name: str, decoder: type[ImageFile.ImageFile], subject: o
             f"is a broken or truncated {name} image; expected a whole one, so copy or save the map again",
         ) from None
     return image
+
+
+def _load_tiff(image: ImageFile.ImageFile) -> None:
+    """Decode a TIFF.
+
+    What libtiff dislikes it writes to the process's own stderr, past Python, where only our sentence belongs; and
+    behind a broken word of a fax code it goes on without telling Pillow, so what it wrote is looked at.
+
+    Raises:
+        OSError: broken, as Pillow or libtiff says.
+    """
+    reading, writing = os.pipe()
+    os.set_blocking(writing, False)  # what does not fit into the pipe is dropped
+    stderr = os.dup(2)
+    with os.fdopen(reading, "rb") as words:
+        try:
+            os.dup2(writing, 2)
+            image.load()
+        finally:
+            os.dup2(stderr, 2)
+            os.close(stderr)
+            os.close(writing)
+        # a bar of progress may have been written too, by another thread
+        if b"Decode" in words.read():
+            raise OSError("libtiff could not decode all of it")
 
 
 def _covered(image: ImageFile.ImageFile) -> int:

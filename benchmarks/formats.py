@@ -37,12 +37,15 @@ Pillow's, or the format's library. The limit is three times that plus one pass (
 is the peak of `read_map` beyond the decoded image; the goal is 6 bytes per cell, of which the grid itself takes 4.
 Rescue maps have 9 pixels per cell; Pillow holds a colour picture in 4 bytes per pixel, of which the array has 3.
 """
-OVER = """What is over, and why. **PGM, BMP**: Pillow maps the file into memory and copies it once; reading, hashing,
-counting greys and the table look-up alone take longer than three such copies. **PLY, PCD**: the raw read, or the
+OVER = """What is over, here or in other runs on a shared machine, and why. **PGM, BMP**: Pillow maps the file into
+memory and copies it once, in 6 to 36 ms from run to run; reading, hashing, counting greys and the table look-up take 60
+and more. A BMP is moreover decoded from the bytes that were hashed, not from the mapped file, which copies it twice more.
+**PLY, PCD**: the raw read, or the
 library, copies bytes and looks at no point. A map needs their extent, the floor and which way is up, then each
 point's height and cell, so all points are read twice, and once more for the hash; numpy takes {plain:.0f} ms to count
 ten million points over cells, without any of this. **OctoMap**: a tree this small is decoded in less time than the
-floor is found. **GeoJSON**: Python's json makes lists of numbers and no shapes. **PCD, compressed**: its library
+floor is found. **RoboCup JPEG** lies at its limit, below or above it from run to run.
+**GeoJSON**: Python's json makes lists of numbers and no shapes. **PCD, compressed**: its library
 holds the unpacked points twice.
 """
 SAME = """One arena map (a clean artificial one, test split), written in every format and scored: attributes in

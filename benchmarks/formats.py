@@ -39,7 +39,7 @@ Rescue maps have 9 pixels per cell; Pillow holds a colour picture in 4 bytes per
 """
 OVER = """What is over, here or in other runs on a shared machine, and why. **PGM, BMP**: Pillow maps the file into
 memory and copies it once, in 6 to 36 ms from run to run; reading, hashing, counting greys and the table look-up take 60
-and more. A BMP is moreover decoded from the bytes that were hashed, not from the mapped file, which copies it twice more.
+and more. A BMP is moreover decoded from the bytes that were hashed, not from the mapped file: two more copies.
 **PLY, PCD**: the raw read, or the
 library, copies bytes and looks at no point. A map needs their extent, the floor and which way is up, then each
 point's height and cell, so all points are read twice, and once more for the hash; numpy takes {plain:.0f} ms to count

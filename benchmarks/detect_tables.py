@@ -22,9 +22,8 @@ RMSE_GOAL_MM = {
     "clean": {0.02: 3, 0.025: 4, 0.05: 7, 0.10: 20},
     "noisy": {0.02: 9, 0.025: 9, 0.05: 13, 0.10: 28},
 }
-# of a noise-free raster half circle, and what is left of the poses' own errors: together nobody gets below
+# of a noise-free raster half circle
 RASTER_FLOOR_MM = {0.02: 0.7, 0.025: 1.3, 0.05: 4.1, 0.10: 14.9}
-POSE_FLOOR_MM = {"clean": 1.2, "noisy": 5.0}
 RADIUS_M = 0.30
 Groups = dict[str, list[Tried]]
 
@@ -99,14 +98,14 @@ def _rms_mm(errors_m: Sequence[float]) -> str:
     return f"{1000 * math.sqrt(np.mean(np.square(errors_m))):.1f} ({1000 * np.median(errors_m):.1f})"
 
 
-def resolution_table(tried: Sequence[Tried]) -> str:
-    """The same mazes, drives and mappers by the side of a cell, with barrels of 0.30 m."""
+def resolution_table(tried: Sequence[Tried], pose_floor_m: dict[str, float]) -> str:
+    """The same mazes, drives and mappers by the side of a cell, with barrels of 0.30 m; poses' floors by tier."""
     rows = []
     for name, resolution in sorted({(t.job.group, r) for t in tried if (r := t.job.resolution_m) is not None}):
         maps = [t for t in tried if t.job.group == name and t.job.resolution_m == resolution]
         counts = [t.count for t in maps]
         at, errors = rates(counts), [v.error_m for v in sure(maps)]
-        goal, floor = _limits(name, resolution)
+        goal, floor = _limits(name, resolution, pose_floor_m[name])
         rows.append(
             [
                 name, f"{resolution:g}", len(maps), at.drawn, _to_goal(at.f1, F1_COARSE_GOAL.get((name, resolution))),
@@ -117,11 +116,11 @@ def resolution_table(tried: Sequence[Tried]) -> str:
     return table(head, rows)
 
 
-def _limits(tier: str, resolution_m: float) -> tuple[str, str]:
+def _limits(tier: str, resolution_m: float, pose_floor_m: float) -> tuple[str, str]:
     """Goal and floor of the centres' RMSE in millimetres, empty where there is none."""
     if tier not in RMSE_GOAL_MM or resolution_m not in RASTER_FLOOR_MM:
         return "", ""
-    floor = math.hypot(RASTER_FLOOR_MM[resolution_m], POSE_FLOOR_MM[tier])
+    floor = math.hypot(RASTER_FLOOR_MM[resolution_m], 1000 * pose_floor_m)
     return str(RMSE_GOAL_MM[tier][resolution_m]), f"{floor:.1f}"
 
 

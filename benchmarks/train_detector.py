@@ -19,13 +19,15 @@ try:
 except ImportError:
     sys.exit("training needs PyTorch: python3 -m pip --python .venv/bin/python install torch")
 
-from benchmarks.train_tables import correct_table, judge_table, make_maps, spot_table, tables
+from benchmarks.train_tables import judge_table, make_maps, spot_table, tables, vote_table
 from fidmap.detect import network
+from fidmap.detect.ballot import BOUNDS, SURE
 from fidmap.detect.network import DILATIONS, JUDGE_STEPS, MIRRORED, SPOT_STEPS, USUAL_RADIUS
+from fidmap.detect.strips import FAR, NEAR
 
 TARGET = Path(network.__file__).with_name("network.npz")
-BATCH = 256
-SPOT_WIDTH, JUDGE_WIDTHS, CORRECT_WIDTHS = 20, (32, 40, 40, 64), (32, 24)
+SPOT_WIDTH, JUDGE_WIDTHS, VOTE_WIDTHS = 20, (32, 40, 40, 64), (32, 16, 24)
+PLACES = len(NEAR) + len(FAR)
 EASY = 0.25  # share of the windows without anything near them that a round of `spot` looks at
 TURNED = torch.tensor(MIRRORED[1:])  # along, across, turn, whole
 
@@ -71,45 +73,88 @@ class Judge(nn.Module):
         return self.out(functional.relu(self.h(self.drop(x.flatten(1)))))
 
 
-class Correct(nn.Module):
-    """Its layers and their names are those of `fidmap.detect.network.correct`."""
+class Vote(nn.Module):
+    """Its layers and their names are those of `fidmap.detect.ballot.vote`, with the solution of `centres`."""
 
-    def __init__(self, even: Tensor, odd: Tensor) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        x, (a, b), self.drop = torch.cat([even, odd], 1), CORRECT_WIDTHS, nn.Dropout(0.1)
-        mean = x.mean(0)
-        mean[even.shape[1] :] = 0
-        self.register_buffer("mean", mean)
-        self.register_buffer("scale", x.std(0) + 1e-3)
-        self.a, self.b, self.out = nn.Linear(x.shape[1], a), nn.Linear(a, b), nn.Linear(b, 3)
+        w, p, d = VOTE_WIDTHS
+        self.inp, self.c1, self.c2 = nn.Linear(2 * PLACES + 5, w), nn.Linear(3 * w, w), nn.Linear(3 * w, w)
+        self.pool, self.mid, self.out = nn.Linear(w, p), nn.Linear(w + 2 * p, w), nn.Linear(w, 2)
+        self.doubt = nn.Sequential(nn.Linear(3 * p + 4, d), nn.Tanh(), nn.Linear(d, 1))
+        self.prior = nn.Parameter(torch.tensor([-2.0, 0.0, 2.0]))
+        with torch.no_grad():  # begin with the fitted circle
+            self.out.weight *= 0.1
+            self.out.bias.zero_()
+            self.doubt[2].weight *= 0.1
 
-    def forward(self, even: Tensor, odd: Tensor) -> Tensor:
-        """As the network of that name."""
-        one, other = (self._one(torch.cat([even, sign * odd], 1)) for sign in (1, -1))
-        return torch.stack([one[:, 0] + other[:, 0], one[:, 1] - other[:, 1], one[:, 2] + other[:, 2]], 1) / 2
+    def forward(self, labels: Tensor, relative: Tensor, sizes: Tensor, sure: Tensor, which: Tensor) -> Tensor:
+        """(K, 3) along, across and log sigma of arcs of several maps, `which` map each."""
+        ahead = torch.cos(relative)[..., None]
+        around = sizes[:, None].expand(-1, labels.shape[1], -1)
+        x = functional.relu(self.inp(torch.cat([(labels == 2).float(), (labels == 0).float(), around, ahead], -1)))
+        x = functional.relu(self.c1(beside(x, 1)))
+        x = functional.relu(self.c2(beside(x, 2)))
+        trust = torch.where(sure > SURE, sure, 0.0)
+        own = torch.tanh(self.pool(x)).mean(1)
+        usual = (summed(own * trust[:, None], which) / (summed(trust, which) + 1e-3)[:, None])[which]
+        both = torch.cat([own, usual], 1)
+        z = functional.relu(self.mid(torch.cat([x, both[:, None].expand(-1, x.shape[1], -1)], -1)))
+        outward, weight = self.out(z).unbind(-1)
+        doubt = self.doubt(torch.cat([both, (own - usual).abs(), sizes], 1))[:, 0]
+        return self.solved(outward, torch.exp(weight.clamp(*BOUNDS)), relative, trust, which, doubt)
 
-    def _one(self, x: Tensor) -> Tensor:
-        z = ((x - self.mean) / self.scale).clamp(-network.USUAL, network.USUAL)
-        return self.out(torch.tanh(self.b(torch.tanh(self.a(self.drop(z))))))
+    def solved(self, outward, weight, relative, trust, which, doubt) -> Tensor:  # type: ignore[no-untyped-def]
+        """As `centres`, whose names these are."""
+        held, held_map, alike = torch.exp(self.prior)
+        towards = torch.stack([torch.cos(relative), torch.sin(relative)], -1)
+        shift = torch.einsum("ka,kai,kaj->kij", weight, towards, towards) + held * torch.eye(2)
+        to_shift = torch.einsum("ka,kai->ki", weight, towards)
+        pulled = torch.einsum("ka,kai->ki", weight * outward, towards)
+        inverse = torch.linalg.inv(shift)
+        turned = torch.einsum("kij,kj->ki", inverse, to_shift)
+        known = weight.sum(1) - (turned * to_shift).sum(1)
+        drawn = (weight * outward).sum(1) - (turned * pulled).sum(1)
+        told = trust * alike / (known + alike)
+        map_known = held_map + summed(told * known, which)
+        usual, prior = summed(told * drawn, which) / map_known, 1 / (1 / alike + 1 / map_known)
+        offset = (drawn + (prior * usual)[which]) / (known + prior[which])
+        shifts = torch.einsum("kij,kj->ki", inverse, pulled) - turned * offset[:, None]
+        spread = torch.einsum("kii->k", inverse) + (turned**2).sum(1) / (known + prior[which])
+        return torch.cat([shifts, (torch.log(spread / 2) / 2 + doubt)[:, None]], 1)
 
 
-def train(net: nn.Module, loss, choose, epochs: int, decay: float, rate: float = 4e-3) -> nn.Module:  # type: ignore[no-untyped-def]
+def beside(x: Tensor, step: int) -> Tensor:
+    """As `ballot._beside`."""
+    wide = functional.pad(x, (0, 0, 2 * step, 2 * step))
+    at = [wide[:, k * step : k * step + x.shape[1]] for k in range(5)]
+    return torch.cat([at[2], at[1] + at[3], at[0] + at[4]], -1)
+
+
+def summed(values: Tensor, which: Tensor) -> Tensor:
+    """Sums of arcs' values over their maps."""
+    total = torch.zeros(int(which.max()) + 1, *values.shape[1:])
+    return total.index_add(0, which, values)
+
+
+def train(net: nn.Module, loss, choose, epochs: int, decay: float, rate: float = 4e-3, batch: int = 256) -> nn.Module:  # type: ignore[no-untyped-def]
     """AdamW in one cycle; `choose(generator)` gives an epoch's rows, `loss(rows, mirrored)` their mean loss."""
     generator = torch.Generator().manual_seed(0)
-    steps = epochs * (len(choose(generator)) // BATCH)
+    steps = epochs * (len(choose(generator)) // batch)
     optimizer = torch.optim.AdamW(net.parameters(), lr=rate, weight_decay=decay)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, rate, total_steps=steps)
     start = time.monotonic()
     for epoch in range(epochs):
         rows, total = choose(generator), 0.0
-        for k in range(len(rows) // BATCH):
-            value = loss(rows[k * BATCH : (k + 1) * BATCH], bool(torch.rand(1, generator=generator) < 0.5))
+        for k in range(len(rows) // batch):
+            value = loss(rows[k * batch : (k + 1) * batch], bool(torch.rand(1, generator=generator) < 0.5))
             optimizer.zero_grad()
             value.backward()
+            nn.utils.clip_grad_norm_(net.parameters(), 5.0)
             optimizer.step()
             schedule.step()
             total += value.item()
-        done = total / max(1, len(rows) // BATCH)
+        done = total / max(1, len(rows) // batch)
         sys.stdout.write(f"{type(net).__name__} epoch {epoch}: loss {done:.4f}, {time.monotonic() - start:.0f} s\n")
     return net.eval()
 
@@ -170,17 +215,24 @@ def train_judge(columns: list[Tensor]) -> nn.Module:
     return train(net, loss, lambda g: rows[torch.randperm(len(rows), generator=g)], epochs=8, decay=3e-3)
 
 
-def train_correct(columns: list[Tensor]) -> nn.Module:
-    """By the likelihood of normal errors, so that sigma is honest on average."""
-    even, odd, left, _ = columns
-    net = Correct(even, odd)
+def train_vote(columns: list[Tensor]) -> nn.Module:
+    """By the likelihood of normal errors, so that sigma is honest on average; batches are of whole maps."""
+    labels, relative, sizes, sure, left, first = columns
+    begins = torch.nonzero(first)[:, 0]
+    maps = torch.stack([begins, torch.cat([begins[1:], torch.tensor([len(first)])])], 1)
+    net = Vote()
 
     def loss(rows: Tensor, _: bool) -> Tensor:
-        answer = net(even[rows], odd[rows])
-        squares = ((left[rows] - answer[:, :2]) ** 2).sum(1) / 2
-        return (squares / torch.exp(2 * answer[:, 2]) + 2 * answer[:, 2]).mean()
+        arcs = [torch.arange(*maps[k].tolist()) for k in rows]
+        which = torch.repeat_interleave(torch.arange(len(arcs)), torch.tensor([len(a) for a in arcs]))
+        a = torch.cat(arcs)
+        answer = net(labels[a], relative[a], sizes[a], sure[a], which)
+        known = torch.isfinite(left[a, 0])
+        squares = ((left[a] - answer[:, :2])[known] ** 2).sum(1) / 2
+        log_sigma = answer[known, 2]
+        return (squares / torch.exp(2 * log_sigma) + 2 * log_sigma).mean()
 
-    return train(net, loss, lambda g: torch.randperm(len(left), generator=g), epochs=40, decay=1e-2, rate=5e-3)
+    return train(net, loss, lambda g: torch.randperm(len(maps), generator=g), 30, 1e-3, rate=3e-3, batch=16)
 
 
 def keep(name: str, net: nn.Module) -> None:
@@ -203,7 +255,7 @@ def main() -> int:
     paths = make_maps(folder / "maps")
     keep("spot", train_spot(stored(folder, "spot", spot_table, paths, copies=3)))
     keep("judge", train_judge(stored(folder, "judge", judge_table, paths, copies=4, worn=2)))
-    keep("correct", train_correct(stored(folder, "correct", correct_table, paths, copies=2)))
+    keep("vote", train_vote(stored(folder, "vote", vote_table, paths, copies=2, worn=2)))
     return 0
 
 

@@ -20,11 +20,13 @@ from benchmarks.slam_challenge import read_drawn_parts, real_data_root
 from fidmap.detect import half_circles
 from fidmap.detect.arcs import difference, spotted
 from fidmap.detect.coarse import coarser, factor
-from fidmap.detect.fits import estimates
+from fidmap.detect.fits import circles
+from fidmap.detect.measure import sizes
 from fidmap.detect.network import JUDGE_ANGLES, JUDGE_STEPS, SPOT_ANGLES, SPOT_STEPS
 from fidmap.detect.polar import INNERMOST, OUTERMOST, Windower
+from fidmap.detect.strips import strips
 from fidmap.detect.votes import centre_candidates
-from fidmap.grid import metres_to_cells, trinarize
+from fidmap.grid import cells_to_metres, metres_to_cells, trinarize
 from fidmap.maps import read_map
 from fidmap.model import FloatArray, Label, TrinaryGrid
 from fidmap.synth.poses import Tier
@@ -33,7 +35,7 @@ from fidmap.synth.truth import PartTruth
 
 SEED = 1
 SUITES: dict[Tier, int] = {"clean": 223, "noisy": 416, "broken": 419, "office": 434, "field": 314, "exact": 60}
-FINE: dict[Tier, int] = {"clean": 60, "noisy": 180, "broken": 120, "field": 60}  # more of them, in cells of 2 to 2.5 cm
+FINE: dict[Tier, int] = {"clean": 300, "noisy": 330, "broken": 120, "field": 120}  # in cells of 2 to 2.5 cm
 FIRST_FINE = 5000  # their first index
 IDEAL = 400
 A2 = (28, 29, 30, 31, 32, 33, 34, 35, 36, 54, 55, 57, 58, 59, 68, 69)
@@ -62,16 +64,18 @@ class Drawn:
 
     def worn(self, random: np.random.Generator) -> Drawn:
         """The map as programs and people may hand it on: black and white, with thicker walls or holes in them."""
-        labels = np.array(self.grid.labels)
+        labels, origin = np.array(self.grid.labels), self.grid.origin
         if random.random() < 0.15:
             labels[labels == Label.UNKNOWN] = Label.FREE
         if random.random() < 0.12:
             black = (labels == Label.OCCUPIED).astype(np.uint8)
             labels[cv2.dilate(black, np.ones((2, 2), np.uint8)) > 0] = Label.OCCUPIED
+            x, y = cells_to_metres(np.array([[-0.5, -0.5]]), self.grid.resolution_m, origin)[0]
+            origin = replace(origin, x_m=float(x), y_m=float(y))  # the walls' middles have moved by half a cell
         if random.random() < 0.25:
             holes = (labels == Label.OCCUPIED) & (random.random(labels.shape) < random.uniform(0.03, 0.2))
             labels[holes] = random.choice([Label.FREE, Label.UNKNOWN])
-        return replace(self, grid=replace(self.grid, labels=labels))
+        return replace(self, grid=replace(self.grid, labels=labels, origin=origin))
 
 
 def make_maps(folder: Path) -> list[Path]:
@@ -201,24 +205,28 @@ def judge_table(drawn: Drawn) -> Table:
     return windows, labels[:, 0], targets[:, 0], np.full(len(centres), windower.radius, np.float32)
 
 
-def correct_table(drawn: Drawn) -> Table:
-    """Numbers (K, E), (K, O) about true arcs, what is left to their centres (K, 2) in cells, the cell's side (K,)."""
+def vote_table(drawn: Drawn) -> Table:
+    """Strips (K, D, S), directions (K, D), sizes (K, 4), confidences (K,) of a map's arcs, and what is to be learned.
+
+    That is what is left to their centres (K, 2) in cells, NaN where they are no parts. Last, the map's first arc (K,).
+    """
     random = np.random.default_rng(drawn.number + 2)
     drawn = drawn.worn(random) if random.random() < 0.3 else drawn
     arcs = half_circles(drawn.grid.labels, drawn.radius)
     arcs = arcs.take(arcs.sure >= 0.1)
-    seen = estimates(drawn.grid.labels, arcs, drawn.radius, drawn.grid.resolution_m)
-    left = np.full((len(arcs.sure), 2), np.nan)
+    at = circles(drawn.grid.labels, arcs, drawn.radius).centres
+    at = at + random.normal(0, 0.1, at.shape)
+    left = np.full(at.shape, np.nan)
     for part in _yes(drawn.parts):
-        away = drawn.place(part.x_m, part.y_m) - seen.centres  # type: ignore[arg-type]
+        away = drawn.place(part.x_m, part.y_m) - at  # type: ignore[arg-type]
         turned = np.abs(_turn(part, drawn, arcs.facings))
         fits = (np.hypot(*away.T) < 0.5 * drawn.radius) & (turned < NEAR_ANGLE)
         if fits.any():
             k = int(np.argmax(np.where(fits, arcs.sure, -1)))
             left[k] = np.stack(_along(away[k], arcs.facings[k]))
-    known = np.isfinite(left[:, 0])
-    side = np.full(int(known.sum()), drawn.grid.resolution_m)
-    return seen.even[known], seen.odd[known], left[known], side
+    seen = strips(drawn.grid.labels, at, arcs.facings, arcs.reach, drawn.radius)
+    first = np.arange(len(at)) == 0
+    return seen.labels, seen.relative, sizes(arcs, drawn.radius, drawn.grid.resolution_m), arcs.sure, left, first
 
 
 def label(

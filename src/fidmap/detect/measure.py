@@ -11,9 +11,12 @@ import numpy as np
 import numpy.typing as npt
 
 from fidmap.detect.arcs import HALF, Arcs
+from fidmap.detect.ballot import vote
 from fidmap.detect.cells import BandCells
-from fidmap.detect.fits import estimates
-from fidmap.detect.network import correct
+from fidmap.detect.centres import centres
+from fidmap.detect.fits import circles
+from fidmap.detect.network import USUAL_RADIUS
+from fidmap.detect.strips import strips
 from fidmap.model import FloatArray
 
 Labels = npt.NDArray[np.uint8]
@@ -45,24 +48,31 @@ class Gaps:
 def measure(labels: Labels, arcs: Arcs, radius: float, resolution_m: float) -> Measured:
     """Measure arcs (K) that are known roughly; radius in cells.
 
-    The centre is that of a fit at the fixed radius, corrected by a network that compares it with other fits of the
-    same cells and with what the map's other arcs show: mappers draw walls thicker or thinner than they are. What is
-    drawn is counted on the fitted circles, which lie on the cells where the corrected one need not: that of the
-    radius, or the one that fits best, whichever shows more.
+    The centre is that of a fit at the fixed radius, shifted by what each direction around it votes for: mappers draw
+    walls thicker or thinner than they are. What is drawn is counted on the fitted circles, which lie on the cells where
+    the shifted one need not: that of the radius, or the one that fits best, whichever shows more.
     """
-    seen = estimates(labels, arcs, radius, resolution_m)
-    along, across, log_sigma = correct(seen.even, seen.odd).T
+    seen = circles(labels, arcs, radius)
+    along_it = strips(labels, seen.centres, arcs.facings, arcs.reach, radius)
+    found = centres(vote(along_it, sizes(arcs, radius, resolution_m), arcs.sure), arcs.sure)
     s, c = np.sin(arcs.facings), np.cos(arcs.facings)
-    centres = seen.centres + np.stack([along * s + across * c, along * c - across * s], axis=1)
-    facings = middles(seen.cells, seen.centres, arcs.facings, arcs.reach > HALF, np.full(len(centres), radius))
-    circles = (seen.centres, np.full(len(centres), radius)), (seen.free_centres, seen.free_radii)
-    drawn = [drawn_angles(seen.cells, middle, facings, arcs.reach, radii) for middle, radii in circles]
+    along, across = found.shifts.T
+    facings = middles(seen.cells, seen.centres, arcs.facings, arcs.reach > HALF, np.full(len(s), radius))
+    rings = (seen.centres, np.full(len(s), radius)), (seen.free_centres, seen.free_radii)
+    drawn = [drawn_angles(seen.cells, middle, facings, arcs.reach, radii) for middle, radii in rings]
     return Measured(
-        centres=centres,
+        centres=seen.centres + np.stack([along * s + across * c, along * c - across * s], axis=1),
         facings=facings,
         drawn=np.maximum(*drawn),
-        sigma_m=np.exp(log_sigma) * resolution_m,
+        sigma_m=found.sigma * resolution_m,
     )
+
+
+def sizes(arcs: Arcs, radius: float, resolution_m: float) -> FloatArray:
+    """(K, 4) what the votes depend on beside the cells: radius in cells, cells in metres, confidence, half or whole."""
+    sure = np.clip(arcs.sure, 1e-3, 1 - 1e-3)
+    same = np.tile([np.log(radius / USUAL_RADIUS), np.log(resolution_m / 0.05)], (len(sure), 1))
+    return np.column_stack([same, np.log(sure / (1 - sure)) / 3, arcs.reach > HALF])
 
 
 def middles(

@@ -1,9 +1,8 @@
-"""The learned part: small networks over polar windows and fits, trained by `benchmarks/train_detector.py`.
+"""The learned part that finds: small networks over polar windows, trained by `benchmarks/train_detector.py`.
 
 `spot` looks at a candidate once and says for each direction whether a half circle faces it, and where its centre is;
-`judge` looks at one half circle, turned to its facing; `correct` turns several fits of an arc into one centre and its
-uncertainty. All treat a map and its mirror image alike, up to rounding `spot`. Single precision, batches that stay in
-the cache.
+`judge` looks at one half circle, turned to its facing. Both treat a map and its mirror image alike, up to rounding
+`spot`. Single precision, batches that stay in the cache. The learned part that measures is in `ballot`.
 """
 
 from __future__ import annotations
@@ -24,7 +23,6 @@ JUDGE_ANGLES, JUDGE_STEPS = 64, 28
 DILATIONS = (1, 3, 8)
 USUAL_RADIUS = 7.0
 BATCH = 32
-USUAL = 4.0  # deviations; what lies further out than almost all that was learned from counts as that
 MIRRORED = np.array([1, 1, -1, -1, 1], np.float32)  # what across and turn become in a mirror
 
 
@@ -53,15 +51,6 @@ def judge(windows: Windows, radius: float) -> FloatArray:
     return _batches(_judge, windows, radius)
 
 
-def correct(even: FloatArray, odd: FloatArray) -> FloatArray:
-    """(K, 3) correction along and across the facing, and log sigma, all in cells.
-
-    even: (K, E) what a mirror leaves; odd: (K, O) what it turns round.
-    """
-    one, other = (_correct(np.concatenate([even, sign * odd], axis=1)) for sign in (1, -1))
-    return np.stack([one[:, 0] + other[:, 0], one[:, 1] - other[:, 1], one[:, 2] + other[:, 2]], axis=1) / 2
-
-
 def probability(logit: FloatArray) -> FloatArray:
     """Logits to probabilities."""
     return np.asarray(1 / (1 + np.exp(-logit)))
@@ -78,10 +67,10 @@ def _first(layer: Weights, windows: Windows, radius: float) -> SingleArray:
     weight, steps = layer["inp.weight"], windows.shape[2]
     bias = layer["inp.bias"] + weight[:, 2 * steps] * np.float32(np.log(radius / USUAL_RADIUS))
     seen = np.concatenate([windows == Label.OCCUPIED, windows == Label.FREE], axis=2).astype(np.float32)
-    return _dense(seen, weight[:, : 2 * steps], bias)
+    return dense(seen, weight[:, : 2 * steps], bias)
 
 
-def _dense(x: SingleArray, weight: SingleArray, bias: SingleArray) -> SingleArray:
+def dense(x: SingleArray, weight: SingleArray, bias: SingleArray) -> SingleArray:
     """A layer over the last axis, negative answers cut off."""
     flat = x.reshape(-1, x.shape[-1]) @ weight.T
     flat += bias
@@ -100,7 +89,7 @@ def _spot(windows: Windows, radius: float) -> SingleArray:
     layer = weights()["spot"]
     x = _first(layer, windows, radius)
     for k, dilation in enumerate(DILATIONS):
-        x = _dense(_around(x, dilation), layer[f"c.{k}.weight"], layer[f"c.{k}.bias"])
+        x = dense(_around(x, dilation), layer[f"c.{k}.weight"], layer[f"c.{k}.bias"])
     return x @ layer["out.weight"].T + layer["out.bias"]
 
 
@@ -113,14 +102,6 @@ def _judged(x: SingleArray) -> SingleArray:
     """What the judge makes of (M, A, C) angles seen."""
     layer = weights()["judge"]
     for name in ("c1", "c2"):
-        x = _dense(_around(x, 1, stride=2), layer[f"{name}.weight"], layer[f"{name}.bias"])
-    x = _dense(x.reshape(len(x), x.shape[1] * x.shape[2]), layer["h.weight"], layer["h.bias"])
+        x = dense(_around(x, 1, stride=2), layer[f"{name}.weight"], layer[f"{name}.bias"])
+    x = dense(x.reshape(len(x), x.shape[1] * x.shape[2]), layer["h.weight"], layer["h.bias"])
     return x @ layer["out.weight"].T + layer["out.bias"]
-
-
-def _correct(x: FloatArray) -> FloatArray:
-    layer = weights()["correct"]
-    z = np.clip((x - layer["mean"]) / layer["scale"], -USUAL, USUAL)
-    for name in ("a", "b"):
-        z = np.tanh(z @ layer[f"{name}.weight"].T + layer[f"{name}.bias"])
-    return np.asarray(z @ layer["out.weight"].T + layer["out.bias"], np.float64)

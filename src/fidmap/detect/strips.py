@@ -1,0 +1,54 @@
+"""What lies along the circle of a found arc, in directions around its facing: what its centre is voted for by.
+
+All lengths here are cells, all centres continuous cell coordinates (row, column), angles counter-clockwise from
+the column axis, so that the direction of an angle is (sin, cos) in (row, column).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from fidmap.detect.arcs import HALF
+from fidmap.detect.cells import pad
+from fidmap.model import FloatArray
+
+Labels = npt.NDArray[np.uint8]
+DIRECTIONS = 48
+NEAR = np.arange(-4, 4.01, 0.25)  # cells from the circle: what the raster resolves
+FAR = np.array([-0.6, -0.5, -0.4, -0.3, 0.3, 0.4, 0.5, 0.6])  # radii from the circle: what stands about it
+BESIDE = np.radians(6)  # how far to look beyond a half circle's ends
+BLOCK = 64
+
+
+@dataclass(frozen=True)
+class Strips:
+    """K arcs in D directions: labels (K, D, S) at the places near the circle and far, directions (K, D) from facing."""
+
+    labels: Labels
+    relative: FloatArray
+
+
+def strips(labels: Labels, centres: FloatArray, facings: FloatArray, reach: FloatArray, radius: float) -> Strips:
+    """Look along 48 directions, evenly over what each arc may cover, at 41 places in each."""
+    places = np.maximum(radius + np.concatenate([NEAR, radius * FAR]), 0)
+    width = int(places.max()) + 3
+    padded = pad(labels, width)
+    span = np.where(reach > HALF, np.pi, HALF + BESIDE)
+    relative = span[:, None] * ((2 * np.arange(DIRECTIONS) + 1) / DIRECTIONS - 1)
+    middle, theta = np.clip(centres, 0, labels.shape) + width, facings[:, None] + relative
+    blocks = [slice(k, k + BLOCK) for k in range(0, max(1, len(centres)), BLOCK)]
+    return Strips(np.concatenate([_look(padded, middle[b], theta[b], places) for b in blocks]), relative)
+
+
+def _look(padded: Labels, middle: FloatArray, theta: FloatArray, places: FloatArray) -> Labels:
+    """(K, D, S) labels at so many cells from (K, 2) middles in (K, D) directions."""
+    sine, cosine = np.sin(theta).astype(np.float32), np.cos(theta).astype(np.float32)
+    steps, start = places.astype(np.float32), middle.astype(np.float32)
+    # truncation is floor here: the padding keeps all coordinates positive
+    index = (start[:, 0, None, None] + sine[..., None] * steps).astype(np.int32)
+    index *= padded.shape[1]
+    index += (start[:, 1, None, None] + cosine[..., None] * steps).astype(np.int32)
+    return np.asarray(padded.reshape(-1).take(index, mode="clip"), np.uint8)

@@ -82,7 +82,7 @@ class Vote(nn.Module):
         self.inp, self.c1, self.c2 = nn.Linear(2 * PLACES + 5, w), nn.Linear(3 * w, w), nn.Linear(3 * w, w)
         self.pool, self.mid, self.out = nn.Linear(w, p), nn.Linear(w + 2 * p, w), nn.Linear(w, 2)
         self.doubt = nn.Sequential(nn.Linear(3 * p + 4, d), nn.Tanh(), nn.Linear(d, 1))
-        self.prior = nn.Parameter(torch.tensor([-2.0, 0.0, 2.0]))
+        self.prior, self.drop = nn.Parameter(torch.tensor([-2.0, 0.0, 2.0])), nn.Dropout(0.1)
         with torch.no_grad():  # begin with the fitted circle
             self.out.weight *= 0.1
             self.out.bias.zero_()
@@ -98,8 +98,8 @@ class Vote(nn.Module):
         trust = torch.where(sure > SURE, sure, 0.0)
         own = torch.tanh(self.pool(x)).mean(1)
         usual = (summed(own * trust[:, None], which) / (summed(trust, which) + 1e-3)[:, None])[which]
-        both = torch.cat([own, usual], 1)
-        z = functional.relu(self.mid(torch.cat([x, both[:, None].expand(-1, x.shape[1], -1)], -1)))
+        both = self.drop(torch.cat([own, usual], 1))
+        z = functional.relu(self.mid(torch.cat([self.drop(x), both[:, None].expand(-1, x.shape[1], -1)], -1)))
         outward, weight = self.out(z).unbind(-1)
         doubt = self.doubt(torch.cat([both, (own - usual).abs(), sizes], 1))[:, 0]
         return self.solved(outward, torch.exp(weight.clamp(*BOUNDS)), relative, trust, which, doubt)

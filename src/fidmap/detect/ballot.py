@@ -38,36 +38,47 @@ def vote(strips: Strips, sizes: FloatArray, sure: FloatArray) -> Votes:
     tells how this map is drawn.
     """
     layer, relative = weights()["vote"], np.cos(strips.relative).astype(np.float32)
+    single = sizes.astype(np.float32)
     blocks = [slice(k, k + BATCH) for k in range(0, max(1, len(sure)), BATCH)]
-    seen = np.concatenate([_along(layer, strips.labels[b], relative[b], sizes[b]) for b in blocks])
-    own = np.tanh(seen @ layer["pool.weight"].T + layer["pool.bias"]).mean(axis=1)
+    seen = [_along(layer, strips.labels[b], relative[b], single[b]) for b in blocks]
+    own = np.concatenate([np.tanh(x @ layer["pool.weight"].T + layer["pool.bias"]).mean(axis=1) for x in seen])
     trust = np.where(sure > SURE, sure, 0).astype(np.float32)
     usual = np.broadcast_to(trust @ own / (trust.sum() + 1e-3), own.shape)
-    both, count = np.concatenate([own, usual], axis=1), seen.shape[2]
-    bias = both @ layer["mid.weight"][:, count:].T + layer["mid.bias"]
-    mixed = np.maximum(seen @ layer["mid.weight"][:, :count].T + bias[:, None], 0)
-    out = np.asarray(mixed @ layer["out.weight"].T + layer["out.bias"], np.float64)
-    z = np.concatenate([both, np.abs(own - usual), sizes.astype(np.float32)], axis=1)
+    both = np.concatenate([own, usual], axis=1)
+    said = np.concatenate([_said(layer, x, both[b]) for x, b in zip(seen, blocks, strict=True)]).astype(np.float64)
+    z = np.concatenate([both, np.abs(own - usual), single], axis=1)
     z = np.tanh(z @ layer["doubt.0.weight"].T + layer["doubt.0.bias"])
-    widened = np.exp(np.asarray(z @ layer["doubt.2.weight"].T + layer["doubt.2.bias"], np.float64)[:, 0])
-    return Votes(out[..., 0], np.exp(np.clip(out[..., 1], *BOUNDS)), strips.relative, widened)
+    widened = np.exp((z @ layer["doubt.2.weight"].T + layer["doubt.2.bias"])[:, 0].astype(np.float64))
+    return Votes(said[..., 0], np.exp(np.clip(said[..., 1], *BOUNDS)), strips.relative, widened)
 
 
-def _along(layer: Weights, labels: Windows, relative: SingleArray, sizes: FloatArray) -> SingleArray:
+def _along(layer: Weights, labels: Windows, relative: SingleArray, sizes: SingleArray) -> SingleArray:
     """(K, D, C) what each direction shows, with its neighbours; mirrored strips give mirrored answers."""
     weight, steps = layer["inp.weight"], labels.shape[2]
     seen = np.concatenate([labels == Label.OCCUPIED, labels == Label.FREE], axis=2).astype(np.float32)
-    x = seen @ weight[:, : 2 * steps].T
-    x += (sizes.astype(np.float32) @ weight[:, 2 * steps : -1].T)[:, None] + relative[..., None] * weight[:, -1]
-    x = np.maximum(x + layer["inp.bias"], 0)
+    x = seen.reshape(-1, 2 * steps) @ weight[:, : 2 * steps].T
+    x = x.reshape(*labels.shape[:2], len(weight))
+    x += (sizes @ weight[:, 2 * steps : -1].T + layer["inp.bias"])[:, None]
+    x += relative[..., None] * weight[:, -1]
+    np.maximum(x, 0, out=x)
     for name, step in (("c1", 1), ("c2", 2)):
         x = dense(_beside(x, step), layer[f"{name}.weight"], layer[f"{name}.bias"])
     return x
 
 
+def _said(layer: Weights, seen: SingleArray, both: SingleArray) -> SingleArray:
+    """(K, D, 2) how far outwards, and the logarithm of its weight: from what is seen and what arcs look like."""
+    weight, count = layer["mid.weight"], seen.shape[2]
+    z = (seen.reshape(-1, count) @ weight[:, :count].T).reshape(*seen.shape[:2], len(weight))
+    z += (both @ weight[:, count:].T + layer["mid.bias"])[:, None]
+    np.maximum(z, 0, out=z)
+    return np.asarray(z @ layer["out.weight"].T + layer["out.bias"], np.float32)
+
+
 def _beside(x: SingleArray, step: int) -> SingleArray:
     """(K, D, 3 C): each direction, the sum of its two neighbours, and of the two beyond them; nothing past the ends."""
-    count, reach = x.shape[1], 2 * step
-    wide = np.pad(x, ((0, 0), (reach, reach), (0, 0)))
-    at = [wide[:, k * step : k * step + count] for k in range(5)]
-    return np.concatenate([at[2], at[1] + at[3], at[0] + at[4]], axis=2)
+    rows, count, width = x.shape
+    wide = np.zeros((rows, count + 4 * step, width), np.float32)
+    wide[:, 2 * step : 2 * step + count] = x
+    beyond, before, after, past = (wide[:, k * step : k * step + count] for k in (0, 1, 3, 4))
+    return np.concatenate([x, before + after, beyond + past], axis=2)

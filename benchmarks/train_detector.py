@@ -28,7 +28,6 @@ from fidmap.detect.strips import FAR, NEAR
 TARGET = Path(network.__file__).with_name("network.npz")
 SPOT_WIDTH, JUDGE_WIDTHS, VOTE_WIDTHS = 20, (32, 40, 40, 64), (32, 16, 24)
 PLACES = len(NEAR) + len(FAR)
-DROP = 0.0
 FOLD = 50  # maps in a row that a network sees or does not
 EASY = 0.25  # share of the windows without anything near them that a round of `spot` looks at
 TURNED = torch.tensor(MIRRORED[1:])  # along, across, turn, whole
@@ -84,7 +83,7 @@ class Vote(nn.Module):
         self.inp, self.c1, self.c2 = nn.Linear(2 * PLACES + 5, w), nn.Linear(3 * w, w), nn.Linear(3 * w, w)
         self.pool, self.mid, self.out = nn.Linear(w, p), nn.Linear(w + 2 * p, w), nn.Linear(w, 2)
         self.doubt = nn.Sequential(nn.Linear(3 * p + 4, d), nn.Tanh(), nn.Linear(d, 1))
-        self.prior, self.drop = nn.Parameter(torch.tensor([-2.0, 0.0, 2.0])), nn.Dropout(DROP)
+        self.prior = nn.Parameter(torch.tensor([-2.0, 0.0, 2.0]))
         with torch.no_grad():  # begin with the fitted circle
             self.out.weight *= 0.1
             self.out.bias.zero_()
@@ -100,8 +99,8 @@ class Vote(nn.Module):
         trust = torch.where(sure > SURE, sure, 0.0)
         own = torch.tanh(self.pool(x)).mean(1)
         usual = (summed(own * trust[:, None], which) / (summed(trust, which) + 1e-3)[:, None])[which]
-        both = self.drop(torch.cat([own, usual], 1))
-        z = functional.relu(self.mid(torch.cat([self.drop(x), both[:, None].expand(-1, x.shape[1], -1)], -1)))
+        both = torch.cat([own, usual], 1)
+        z = functional.relu(self.mid(torch.cat([x, both[:, None].expand(-1, x.shape[1], -1)], -1)))
         outward, weight = self.out(z).unbind(-1)
         doubt = self.doubt(torch.cat([both, (own - usual).abs(), sizes], 1))[:, 0]
         return self.solved(outward, torch.exp(weight.clamp(*BOUNDS)), relative, trust, which, doubt)

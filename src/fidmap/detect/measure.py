@@ -1,6 +1,6 @@
 """What a found arc measures: centre to a fraction of a cell, drawn angle and uncertainty.
 
-Lengths are cells unless a name says metres, centres continuous (row, column), angles as in `ring`.
+Lengths are cells unless a name says metres, centres continuous (row, column), angles as in `strips`.
 """
 
 from __future__ import annotations

@@ -14,12 +14,12 @@ from command_line import documents, fault, fidmap
 from fidmap.arena.write import write_arena
 from fidmap.grid import trinarize
 from fidmap.inspect import with_findings
-from fidmap.inspect.against import arena_findings, radius_findings
+from fidmap.inspect.against import radius_findings
 from fidmap.inspect.mend import mended
 from fidmap.maps import read_map
 from fidmap.maps.write import greys
 from fidmap.maps.write import write_map as write_grid
-from fidmap.model import CONTINUOUS, Grid, Label, MapFileError, Pose2
+from fidmap.model import Grid, Label, MapFileError, Pose2
 from fidmap.synth.suite import CaseSpec, SynthCase, case_rng, make_case, suite
 from map_files import write_map
 from real_data import real_data
@@ -140,19 +140,6 @@ def test_radius(case: SynthCase) -> None:
     (finding,) = radius_findings(case.grid, 0.24)
     assert finding.code == "radius-off"
     assert float(finding.text.split("about ")[1].split()[0]) == pytest.approx(0.30, abs=0.012)
-
-
-def test_scale_and_mirror(case: SynthCase) -> None:
-    """Beside the arena: silent as it is, and told when the cells are 5 % too large, or the rows upside down."""
-    arena = case.arena.arena
-    grid = case.grid
-    (scaled,) = arena_findings(replace(grid, resolution_m=0.0525), arena, CONTINUOUS)
-    (mirrored,) = arena_findings(replace(grid, occupancy=grid.occupancy[::-1]), arena, CONTINUOUS)
-
-    assert arena_findings(grid, arena, CONTINUOUS) == ()
-    assert scaled.code == "scale-off"
-    assert float(scaled.option.split()[1]) == pytest.approx(0.05, rel=5e-3)
-    assert mirrored.code == "mirrored"
 
 
 def test_jpeg_shared_image_and_colours(tmp_path: Path, case: SynthCase) -> None:

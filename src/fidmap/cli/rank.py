@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from fidmap.report.json_line import Document
 
 
+# findings after which a score is to be mended before it is ranked
+WRONG_MAP = ("radius-off", "scale-off", "mirrored", "another-arena")
+
+
 def rank(
     reports: Annotated[
         list[Path],
@@ -46,6 +50,7 @@ def rank(
     from fidmap.report.comparison import print_ranking
 
     figures, documents = _figures(reports)
+    _tell_wrong_maps(documents)
     ours = {name: column.ranks(tie_within) for name, column in figures.columns.items()}
     percents = {name: column.percents for name, column in figures.columns.items()}
     console = Console()
@@ -98,6 +103,16 @@ def _doubts(
         complain(f"warning: {warning}")
     order = best_first(ours, percents, len(every))
     return dict(zip(order, better_than_next([every[k] for k in order]), strict=True))
+
+
+def _tell_wrong_maps(documents: Mapping[str, Document]) -> None:
+    """Warnings of the reports that say a score is not the map's: its scale, its sides or its arena are wrong."""
+    from fidmap.report.rows import finding_sentence
+
+    for name, document in documents.items():
+        for finding in document.get("findings", ()):
+            if finding.get("code") in WRONG_MAP:
+                complain(f"{finding['level']}: {name}: {finding_sentence(finding)}")
 
 
 def _tell_unmatched(ours: Sequence[str], theirs: Sequence[str]) -> None:

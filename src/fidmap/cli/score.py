@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -47,6 +47,9 @@ def score(
     fast: Annotated[
         bool, typer.Option("--fast", help="For sweeps: do not prove that no other registration is better.")
     ] = False,
+    mirror: Annotated[
+        bool, typer.Option("--mirror", help="The map may be mirrored: `mirror: true` of a profile.")
+    ] = False,
     resolution: options.Resolution = None,
     origin: options.Origin = None,
     free_thresh: options.FreeThresh = None,
@@ -74,6 +77,7 @@ def score(
     from fidmap.study.jobs import ScoreJob
 
     truth, settings = _read_arena(arena, profile, points)
+    settings = replace(settings, mirror=settings.mirror or mirror)
     limits = parse_gates(gates, truth)
     output = None
     if out is not None:

@@ -2,107 +2,127 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from fidmap.detect import find_barrel_parts
-from fidmap.evaluate import evaluate_points
-from fidmap.geometry import circle_through
-from fidmap.grid import metres_to_cells, trinarize
-from fidmap.model import Arena, BarrelPart, Finding, FloatArray, Grid, Label, Settings, TrinaryGrid
+from fidmap.grid import trinarize
+from fidmap.inspect.placement import Fit, best_fit, fit_of
+from fidmap.inspect.radius import SeenArcs, seen_arcs
+from fidmap.model import Arena, Assignment, BarrelPart, Finding, Grid, Settings
+from fidmap.register import register
 
-FACTORS = (1.0, 0.8, 1.25, 0.64, 1.56)
-LEAST_ARCS, LEAST_CONFIDENCE, OFF = 3, 0.5, 0.1
-LEAST_PARTS, SCALE_OFF, LEAST_GAIN = 5, 0.02, 0.05
-SCALES = (0.8, 1.25)
+# an arena's parts of which so few are seen, and fit no better than by chance, make other radii worth a search
+FEW = 0.6
 
 
 def radius_findings(grid: Grid, radius_m: float) -> tuple[Finding, ...]:
-    """`radius-off` where the map's arcs have another radius by a tenth and more: fitted, not assumed.
+    """`radius-off` where the map's arcs have another radius: fitted, not assumed.
 
     Raises:
         SettingsError: the radius is smaller than two cells.
     """
     trinary = trinarize(grid)
-    tried = {factor: _sure(trinary, factor * radius_m, factor == 1) for factor in FACTORS}
-    worth = {factor: sum(part.confidence for part in parts) for factor, parts in tried.items()}
-    best = max(FACTORS, key=lambda factor: worth[factor] * (1.25 if factor == 1 else 1))
-    radii = [r for part in tried[best] if (r := _fitted(trinary, part, best * radius_m)) is not None]
-    if len(radii) < LEAST_ARCS or abs(np.median(radii) / radius_m - 1) < OFF:
+    arcs = seen_arcs(trinary, radius_m, find_barrel_parts(trinary, radius_m))
+    if arcs.ratio is None or not arcs.is_off(radius_m / grid.resolution_m):
         return ()
-    fitted = float(np.median(radii))
-    text = (
-        f"the {len(radii)} arcs in the map have a radius of about {fitted:.3f} m, not {radius_m:g}: "
-        f"either the radius is another one, or the resolution is wrong by a factor of {fitted / radius_m:.2f}"
-    )
-    return (Finding("warning", "radius-off", text, f"--resolution {grid.resolution_m * radius_m / fitted:.4g}"),)
+    return (_either(arcs, arcs.ratio, radius_m, grid.resolution_m),)
 
 
-def _sure(trinary: TrinaryGrid, radius_m: float, must: bool) -> list[BarrelPart]:
-    if not must and radius_m < 2 * trinary.resolution_m:
-        return []
-    return [part for part in find_barrel_parts(trinary, radius_m) if part.confidence >= LEAST_CONFIDENCE]
+def arena_findings(
+    parts: Sequence[BarrelPart], assignment: Assignment, arena: Arena, settings: Settings, grid: Grid | None
+) -> tuple[Finding, ...]:
+    """`scale-off`, `mirrored`, `another-arena` and `radius-off`: what these settings do not allow for.
 
+    A sound map costs no more than a circle through each arc; other radii and registrations are tried where few of the
+    arena's parts were seen or fit.
 
-def _fitted(trinary: TrinaryGrid, part: BarrelPart, radius_m: float) -> float | None:
-    """Radius of a circle through the walls near an arc, centre and radius free, twice trimmed; metres."""
-    radius = radius_m / trinary.resolution_m
-    centre = metres_to_cells(np.array([[part.x_m, part.y_m]]), trinary.resolution_m, trinary.origin)[0]
-    cells = _walls_near(trinary, centre, 1.4 * radius) - centre
-    if part.facing is not None:
-        facing = part.facing - trinary.origin.yaw
-        ahead = cells @ np.array([np.sin(facing), np.cos(facing)])
-        cells = cells[ahead > 0.2 * radius]
-    middle, fitted = np.zeros(2), radius
-    for tolerance in (0.3, 0.15, 0.1):
-        near = cells[np.abs(np.hypot(*(cells - middle).T) - fitted) < max(1.5, tolerance * radius)]
-        if len(near) < 6:
-            return None
-        middle, fitted = circle_through(near)
-    return fitted * trinary.resolution_m if 0.5 < fitted / radius < 2 else None
-
-
-def _walls_near(trinary: TrinaryGrid, centre: FloatArray, reach: float) -> FloatArray:
-    """Centres (N, 2) of occupied cells within a square around a place, in cells."""
-    low = np.maximum(0, np.floor(centre - reach)).astype(int)
-    high = np.ceil(centre + reach).astype(int) + 1
-    cut = trinary.labels[low[0] : high[0], low[1] : high[1]]
-    return np.asarray(np.argwhere(cut == Label.OCCUPIED) + low + 0.5, np.float64)
-
-
-def arena_findings(grid: Grid, arena: Arena, settings: Settings) -> tuple[Finding, ...]:
-    """`scale-off` and `mirrored`, from a registration that may scale and mirror; nothing with few parts.
-
-    Raises:
-        ArenaFileError: the arena has no positions.
-        SettingsError: the radius is smaller than two cells.
+    Args:
+        parts: what was found in the map with the arena's radius, or located by hand.
+        assignment: of these parts.
+        arena: with the radius that was looked for.
+        settings: those of the assignment.
+        grid: the map; None leaves the radius alone, as with parts located by hand.
     """
-    parts = find_barrel_parts(trinarize(grid), arena.radius_m)
-    sure = [part for part in parts if part.confidence >= settings.min_confidence]
-    # values that the quick search reached are enough for what has to be clearly better
-    plain = evaluate_points(sure, arena, settings, fast=True).assignment
-    free = replace(settings, transform="similarity", mirror=True, scale_range=SCALES)
-    assignment = evaluate_points(sure, arena, free, fast=True).assignment
-    count = sum(barrel is not None for barrel in assignment.barrel_of)
-    better = assignment.value - plain.value > LEAST_GAIN * count
-    if assignment.transform is None or count < LEAST_PARTS or not better:
-        return ()
-    return tuple(_transform_findings(assignment.transform.scale, assignment.transform.mirrored, count, grid))
+    plain = fit_of(parts, arena, assignment, settings) if arena.has_positions else Fit()
+    arcs = None
+    if grid is not None:
+        arcs = seen_arcs(trinarize(grid), arena.radius_m, parts, 0 if plain.sound else FEW * len(arena.parts))
+    fit = plain
+    if arena.has_positions:
+        if arcs is not None and arcs.factor != 1:  # the map is seen with another radius only
+            parts = arcs.parts
+            plain = fit_of(parts, arena, register(arcs.parts, arena, settings, fast=True), settings)
+        fit = best_fit(parts, arena, settings, plain)
+    found = list(_placement(fit, plain, settings, grid))
+    if arcs is not None and grid is not None and arcs.is_off(arena.radius_m / grid.resolution_m):
+        found += _radius(arcs, arena, grid.resolution_m, fit)
+    return tuple(found)
 
 
-def _transform_findings(scale: float, mirrored: bool, parts: int, grid: Grid) -> Sequence[Finding]:
-    found = []
-    if mirrored:
+def _placement(fit: Fit, plain: Fit, settings: Settings, grid: Grid | None) -> Iterator[Finding]:
+    """What is wrong with a map that fits better scaled or mirrored, or not at all."""
+    if fit is plain or fit.move is None:
+        if plain.strange:
+            yield _strange(plain)
+        return
+    scale = fit.move.scale
+    mirrored = fit.move.mirrored and not settings.mirror
+    scaled = fit.is_scaled(scale) and settings.transform == "rigid"
+    if mirrored and scaled:
+        yield Finding(
+            "warning", "another-arena",
+            f"the map fits the arena best mirrored and scaled by {scale:.3f} at once ({fit.count} parts), which no "
+            "single mistake does: it looks like a map of another arena, and its score says nothing",
+            "--arena FILE",
+        )  # fmt: skip
+    elif mirrored:
+        yield Finding(
+            "warning", "mirrored",
+            f"{fit.count} parts fit the arena only when the map is mirrored, so what was scored is mostly chance: "
+            "image rows or the world file are upside down",
+            "--mirror",
+        )  # fmt: skip
+    elif scaled:
+        percent = 100 * abs(1 / scale - 1)
+        size = "large" if scale < 1 else "small"
+        yield Finding(
+            "warning", "scale-off",
+            f"{fit.count} parts fit the arena best when the map is scaled by {scale:.3f}: it is drawn {percent:.1f} % "
+            f"too {size}, so its resolution looks wrong, which shifts all distances and lowers the score",
+            None if grid is None else f"--resolution {grid.resolution_m * scale:.4g}",
+        )  # fmt: skip
+
+
+def _strange(plain: Fit) -> Finding:
+    return Finding(
+        "warning", "another-arena",
+        f"of {plain.possible} sure arcs only {plain.count} have a place in the arena, most of them badly, and neither "
+        "another scale nor mirroring helps: a map of another arena, or a badly broken one, whose score is chance",
+        "--arena FILE",
+    )  # fmt: skip
+
+
+def _radius(arcs: SeenArcs, arena: Arena, resolution_m: float, fit: Fit) -> Iterator[Finding]:
+    """`radius-off`: the placement says whether the arena's radius or the map's resolution is wrong, if it is known."""
+    assert arcs.ratio is not None
+    if fit.move is None or not fit.believed:
+        yield _either(arcs, arcs.ratio, arena.radius_m, resolution_m)
+        return
+    right = replace(arcs, ratio=arcs.ratio * fit.move.scale)
+    if right.is_off(arena.radius_m / resolution_m) and right.ratio is not None:
+        fitted = right.ratio * arena.radius_m
         text = (
-            f"{parts} parts fit the arena only when the map is mirrored: image rows or the world file are upside down"
+            f"the arcs in the map have a radius of about {fitted:.3f} m, not {arena.radius_m:g}, while distances fit: "
+            "the arena's radius looks wrong, which loses parts and sets the error that counts as lost"
         )
-        found.append(Finding("warning", "mirrored", text, "--profile FILE with mirror: true"))
-    if abs(scale - 1) > SCALE_OFF:
-        text = (
-            f"{parts} parts fit the arena best when the map is scaled by {scale:.3f}: the resolution looks wrong, "
-            "which shifts all distances"
-        )
-        found.append(Finding("warning", "scale-off", text, f"--resolution {grid.resolution_m * scale:.4g}"))
-    return found
+        yield Finding("warning", "radius-off", text, f"radius_m: {fitted:.2g} in the arena file")
+
+
+def _either(arcs: SeenArcs, ratio: float, radius_m: float, resolution_m: float) -> Finding:
+    fitted = ratio * radius_m
+    text = (
+        f"the {len(arcs.parts)} arcs in the map have a radius of about {fitted:.3f} m, not {radius_m:g}, so parts are "
+        f"lost: either the radius is another one, or the resolution is wrong by a factor of {ratio:.2f}"
+    )
+    return Finding("warning", "radius-off", text, f"--resolution {resolution_m / ratio:.4g}")

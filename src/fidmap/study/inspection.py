@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from fidmap.detect import find_barrel_parts
 from fidmap.grid import trinarize
 from fidmap.inspect import Inspection, findings_of, inspect
 from fidmap.inspect.against import arena_findings, radius_findings
@@ -12,6 +13,7 @@ from fidmap.inspect.mend import mended
 from fidmap.maps import convert, main_file, read_map
 from fidmap.maps.overrides import Overrides
 from fidmap.model import CONTINUOUS, Arena, FidmapError, Finding, Grid, SettingsError
+from fidmap.register import register
 from fidmap.report.inspection import inspect_document
 from fidmap.report.json_line import Document, error_document
 
@@ -40,9 +42,11 @@ def examine(job: InspectJob) -> tuple[Document, Inspection | None]:
 
 
 def _beside(job: InspectJob, grid: Grid) -> tuple[Finding, ...]:
-    radius_m = job.radius_m or (None if job.arena is None else job.arena.radius_m)
-    found = () if radius_m is None else radius_findings(grid, radius_m)
-    return found if job.arena is None else (*found, *arena_findings(grid, job.arena, CONTINUOUS))
+    if job.arena is None:
+        return () if job.radius_m is None else radius_findings(grid, job.radius_m)
+    arena = job.arena if job.radius_m is None else replace(job.arena, radius_m=job.radius_m)
+    parts = find_barrel_parts(trinarize(grid), arena.radius_m)
+    return arena_findings(parts, register(parts, arena, CONTINUOUS, fast=True), arena, CONTINUOUS, grid)
 
 
 def mend(job: InspectJob, seen: Inspection) -> tuple[Path | None, tuple[str, ...]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +12,21 @@ from fidmap.detect import find_barrel_parts
 from fidmap.evaluate import evaluate, evaluate_points
 from fidmap.grid import trinarize
 from fidmap.inspect import with_findings
+from fidmap.inspect.against import arena_findings
 from fidmap.maps import read_map
 from fidmap.maps.overrides import Overrides
-from fidmap.model import Arena, BarrelPart, FidmapError, Grid, Report, Settings, SettingsError, Source, StartPose
+from fidmap.model import (
+    Arena,
+    BarrelPart,
+    FidmapError,
+    Finding,
+    Grid,
+    Report,
+    Settings,
+    SettingsError,
+    Source,
+    StartPose,
+)
 from fidmap.points import check_ids, points_csv, read_points
 from fidmap.profiles import profile_document
 from fidmap.report.files import ReportContent
@@ -71,6 +83,7 @@ def score(job: ScoreJob) -> Outcome:
     try:
         grid = None if job.map is None else with_findings(read_map(job.map, **vars(job.overrides)))
         report, inputs = _evaluate(job, grid)
+        report = replace(report, findings=(*_beside_arena(job, report, grid), *report.findings))
         settings = profile_document(job.settings)
         seconds = time.perf_counter() - started
         document = report_document(report, settings, round(seconds, 4), inputs)
@@ -103,6 +116,12 @@ def _evaluate(job: ScoreJob, grid: Grid | None) -> tuple[Report, Document]:
     source = Source(job.points, digest, "points")
     report = evaluate_points(parts, job.arena, job.settings, job.start, grid, source, fast=job.fast)
     return report, {**inputs, "points": job.points, "points_sha256": digest}
+
+
+def _beside_arena(job: ScoreJob, report: Report, grid: Grid | None) -> tuple[Finding, ...]:
+    """What is wrong with map or arena where they do not go together; parts located by hand have no radius."""
+    looked_at = grid if job.points is None else None
+    return arena_findings(report.detections, report.assignment, job.arena, job.settings, looked_at)
 
 
 def _content(report: Report, grid: Grid | None, document: Document) -> ReportContent:

@@ -16,7 +16,7 @@ SCALE_OFF, SURE = 0.02, 3.0
 # a fit is believed with so many parts, with this share of those that could be assigned, and with this mean worth
 LEAST_PARTS, LEAST_SHARE, LEAST_WORTH = 5, 0.5, 0.85
 LEAST_GAIN = 0.05  # of worth per part: what another fit has to be better by
-SOUND_PARTS, SOUND_WORTH, SOUND_SHARE = 8, 0.9, 0.75
+SOUND_SHARE, SOUND_PARTS, SOUND_WORTH = 0.75, 8, 0.9
 # so many parts fit nothing: with so little worth in all, and each of them so badly, as in a strange arena
 STRANGE_PARTS, STRANGE_SHARE, STRANGE_WORTH = 8, 0.5, 0.8
 
@@ -48,9 +48,10 @@ class Fit:
 
     @property
     def sound(self) -> bool:
-        """Whether nothing better needs to be looked for."""
-        most = self.count >= SOUND_PARTS or self.value >= SOUND_SHARE * self.possible
-        return self.believed and most and self.worth >= SOUND_WORTH and not self.is_scaled(self.scale)
+        """Whether nothing better is looked for: most that was seen fits, or many parts fit well, at scale 1."""
+        most = self.count >= LEAST_PARTS and self.value >= SOUND_SHARE * self.possible
+        well = self.believed and self.count >= SOUND_PARTS and self.worth >= SOUND_WORTH
+        return (most or well) and not self.is_scaled(self.scale)
 
     @property
     def strange(self) -> bool:

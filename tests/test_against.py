@@ -83,6 +83,18 @@ def test_wrong_radius(case: SynthCase, factor: float) -> None:
     assert "either the radius is another one, or the resolution is wrong" in alone.text
 
 
+@pytest.mark.parametrize(("factor", "levels"), [(1.0, []), (0.88, ["note"]), (1.14, ["note"])])
+def test_a_radius_a_tenth_off_is_a_note_where_it_is_asked_for(
+    case: SynthCase, factor: float, levels: list[str]
+) -> None:
+    """Mappers draw arcs nearly as far off by themselves, so no score is doubted for it."""
+    found = radius_findings(case.grid, 0.3 * factor)
+
+    assert [f.level for f in found] == levels
+    assert all(f.code == "radius-off" for f in found)
+    assert of_map(case.grid, replace(case.arena.arena, radius_m=0.3 * factor)) == ()
+
+
 def test_arenas_without_positions_have_a_radius(case: SynthCase) -> None:
     """Nothing is placed, so nothing says whether the radius or the resolution is wrong."""
     parts = tuple(replace(p, x_m=None, y_m=None) for p in case.arena.arena.parts)

@@ -24,9 +24,11 @@ def radius_findings(grid: Grid, radius_m: float) -> tuple[Finding, ...]:
     """
     trinary = trinarize(grid)
     arcs = seen_arcs(trinary, radius_m, find_barrel_parts(trinary, radius_m))
-    if arcs.ratio is None or not arcs.is_off(radius_m / grid.resolution_m):
+    if arcs.ratio is None:
         return ()
-    return (_either(arcs, arcs.ratio, radius_m, grid.resolution_m),)
+    if arcs.is_off(radius_m / grid.resolution_m):
+        return (_either(arcs, arcs.ratio, radius_m, grid.resolution_m),)
+    return (_perhaps(arcs.ratio, radius_m),) if arcs.may_be_off(radius_m / grid.resolution_m) else ()
 
 
 def arena_findings(
@@ -117,6 +119,15 @@ def _radius(arcs: SeenArcs, arena: Arena, resolution_m: float, fit: Fit) -> Iter
             "the arena's radius looks wrong, which loses parts and sets the error that counts as lost"
         )
         yield Finding("warning", "radius-off", text, f"radius_m: {fitted:.2g} in the arena file")
+
+
+def _perhaps(ratio: float, radius_m: float) -> Finding:
+    """What is asked for by itself is answered with less certainty than what a score is doubted for."""
+    text = (
+        f"the arcs in the map are drawn with a radius of about {ratio * radius_m:.3f} m, not {radius_m:g}: mappers "
+        "seldom draw arcs a tenth too large or too small, so the radius or the resolution may be another one"
+    )
+    return Finding("note", "radius-off", text, f"--radius {ratio * radius_m:.3g}")
 
 
 def _either(arcs: SeenArcs, ratio: float, radius_m: float, resolution_m: float) -> Finding:

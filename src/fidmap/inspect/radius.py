@@ -20,6 +20,7 @@ LEAST_ARCS, MOST_ARCS = 3, 10
 LEAST_CONFIDENCE = 0.5
 # thick walls and sparse scans draw sound arcs up to 0.15 off with 6 cells per radius, 0.2 with 3
 OFF, OFF_CELLS = 0.1, 0.3
+FINE_CELLS = 5  # of 49 sound maps (tune split) with so many cells per radius one is drawn a tenth off
 SUSPICIOUS_CELLS = 0.15  # other radii are tried from here on
 # no sound map shows so many times more with another radius than with its own
 MANIFOLD, MANY = 2.0, 5
@@ -47,6 +48,10 @@ class SeenArcs:
         if self.gain >= MANIFOLD and len(self.parts) >= MANY:
             return abs(self.ratio - 1) > OFF and (self.ratio > 1) == (self.factor > 1)
         return abs(self.ratio - 1) > OFF + OFF_CELLS / radius_cells + 2 * self.error
+
+    def may_be_off(self, radius_cells: float) -> bool:
+        """Whether the radius differs by a tenth and more, where cells are fine enough for that to be rare."""
+        return self.ratio is not None and abs(self.ratio - 1) > OFF and radius_cells >= FINE_CELLS
 
 
 def seen_arcs(trinary: TrinaryGrid, radius_m: float, parts: Sequence[BarrelPart], enough: float = math.inf) -> SeenArcs:

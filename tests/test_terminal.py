@@ -10,7 +10,7 @@ from rich.console import Console
 
 from fidmap.model import Report, Value
 from fidmap.report.json_line import error_document, report_document
-from fidmap.report.rows import Row
+from fidmap.report.rows import Row, finding_sentence
 from fidmap.report.terminal import print_scores
 from sample_report import SETTINGS_DOCUMENT, sample_report
 
@@ -94,3 +94,10 @@ def test_no_table_when_nothing_was_scored() -> None:
     text = printed([Row(error_document("bad.yaml", "map-file", "no image."))])
 
     assert text == "Error, bad.yaml: could not be used: no image.\n"
+
+
+def test_a_finding_ends_before_its_option_begins() -> None:
+    """Whether or not its text has a full stop; without an option it stays as it is."""
+    assert finding_sentence({"text": "odd", "option": "--mend"}) == "odd. Option: --mend"
+    assert finding_sentence({"text": "Odd.", "option": "--mend"}) == "Odd. Option: --mend"
+    assert finding_sentence({"text": "odd", "option": None}) == "odd"

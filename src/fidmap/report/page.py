@@ -26,6 +26,7 @@ from fidmap.report.wording import (
     degrees,
     metres,
     percent,
+    sentence,
 )
 from fidmap.uncertainty.compare import SURE
 
@@ -87,6 +88,7 @@ def _environment() -> Environment:
         "percent": percent,
         "metres": metres,
         "degrees": degrees,
+        "sentence": sentence,
         "title_of": attribute_title,
         "address": lambda folder: quote(str(folder)),
     }

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from fidmap.ranking import TIE_WITHIN, ranks
 from fidmap.report.json_line import Document
-from fidmap.report.wording import bounds, clean
+from fidmap.report.wording import bounds, clean, sentence
 
 COLUMNS = ("coverage", "relative_accuracy", "consistency")
 LEVELS = ("error", "warning", "note")
@@ -118,7 +118,7 @@ def sorted_findings(findings: Sequence[Document]) -> list[Document]:
 def finding_sentence(finding: Document) -> str:
     """What is odd and the option that mends it."""
     option = finding.get("option")
-    return clean(finding["text"]) + (f" Option: {clean(option)}" if option else "")
+    return f"{sentence(finding['text'])} Option: {clean(option)}" if option else clean(finding["text"])
 
 
 def _shared(sentences: Sequence[tuple[str, str]]) -> list[tuple[list[str], str]]:

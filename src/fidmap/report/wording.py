@@ -32,6 +32,12 @@ def clean(text: object) -> str:
     return _HOSTILE.sub("\ufffd", str(text))
 
 
+def sentence(text: object) -> str:
+    """Cleaned text with a full stop where it has none, so that more can follow."""
+    cleaned = clean(text)
+    return cleaned if cleaned.endswith((".", "!", "?")) else f"{cleaned}."
+
+
 def shortened(text: str, limit: int) -> str:
     """The end of a long name: with paths it is the end that tells two of them apart."""
     return text if len(text) <= limit else "…" + text[len(text) - limit + 1 :]

@@ -26,7 +26,10 @@ class Centres:
 
 
 def centres(votes: Votes, sure: FloatArray) -> Centres:
-    """The most probable shifts of K arcs of one map, which tell its radius offset as surely (K,) as they are arcs."""
+    """The most probable shifts of K arcs of one map, which tell its radius offset as surely (K,) as they are arcs.
+
+    The equations are our own: docs/decisions/0016-centres-are-voted-for.md.
+    """
     held, held_map, alike = np.exp(weights()["vote"]["prior"].astype(np.float64))
     towards = np.stack([np.cos(votes.relative), np.sin(votes.relative)], axis=2)
     pull = votes.weight * votes.outward

@@ -28,13 +28,19 @@ class Windower:
 
     def cut(self, centres: FloatArray, facings: FloatArray, angles: int, steps: int) -> Windows:
         """(M, angles, steps) labels about (M, 2) centres: the first angle is the facing, steps go outwards."""
-        radii = (self.radius * np.linspace(INNERMOST, OUTERMOST, steps)).astype(np.float32)
+        radii = self.radius * np.linspace(INNERMOST, OUTERMOST, steps)
         theta = facings[:, None] + np.arange(angles) * (2 * np.pi / angles)
         limit = np.array(self.labels.shape) - 2 * self.pad
         middle = np.clip(centres, 0, limit).astype(np.float32) + self.pad
-        # truncation is floor here: the padding keeps all coordinates positive
-        rows = (middle[:, 0, None, None] + np.sin(theta).astype(np.float32)[..., None] * radii).astype(np.int32)
-        columns = (middle[:, 1, None, None] + np.cos(theta).astype(np.float32)[..., None] * radii).astype(np.int32)
-        rows *= self.labels.shape[1]
-        rows += columns
-        return np.asarray(self.labels.reshape(-1).take(rows, mode="clip"), np.uint8)
+        return look(self.labels, middle, theta, radii)
+
+
+def look(padded: Labels, middle: npt.NDArray[np.floating], theta: FloatArray, steps: FloatArray) -> Windows:
+    """(M, A, S) labels so many steps (S,) from middles (M, 2) in directions (M, A); the padding holds them all."""
+    sine, cosine = np.sin(theta).astype(np.float32)[..., None], np.cos(theta).astype(np.float32)[..., None]
+    start, away = middle.astype(np.float32)[:, :, None, None], steps.astype(np.float32)
+    # truncation is floor here: the padding keeps all coordinates positive
+    index = (start[:, 0] + sine * away).astype(np.int32)
+    index *= padded.shape[1]
+    index += (start[:, 1] + cosine * away).astype(np.int32)
+    return np.asarray(padded.reshape(-1).take(index, mode="clip"), np.uint8)

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from fidmap.detect.arcs import HALF
 from fidmap.detect.cells import pad
+from fidmap.detect.polar import look
 from fidmap.model import FloatArray
 
 Labels = npt.NDArray[np.uint8]
@@ -40,15 +41,4 @@ def strips(labels: Labels, centres: FloatArray, facings: FloatArray, reach: Floa
     relative = span[:, None] * ((2 * np.arange(DIRECTIONS) + 1) / DIRECTIONS - 1)
     middle, theta = np.clip(centres, 0, labels.shape) + width, facings[:, None] + relative
     blocks = [slice(k, k + BLOCK) for k in range(0, max(1, len(centres)), BLOCK)]
-    return Strips(np.concatenate([_look(padded, middle[b], theta[b], places) for b in blocks]), relative)
-
-
-def _look(padded: Labels, middle: FloatArray, theta: FloatArray, places: FloatArray) -> Labels:
-    """(K, D, S) labels at so many cells from (K, 2) middles in (K, D) directions."""
-    sine, cosine = np.sin(theta).astype(np.float32), np.cos(theta).astype(np.float32)
-    steps, start = places.astype(np.float32), middle.astype(np.float32)
-    # truncation is floor here: the padding keeps all coordinates positive
-    index = (start[:, 0, None, None] + sine[..., None] * steps).astype(np.int32)
-    index *= padded.shape[1]
-    index += (start[:, 1, None, None] + cosine[..., None] * steps).astype(np.int32)
-    return np.asarray(padded.reshape(-1).take(index, mode="clip"), np.uint8)
+    return Strips(np.concatenate([look(padded, middle[b], theta[b], places) for b in blocks]), relative)

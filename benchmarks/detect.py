@@ -21,7 +21,7 @@ from benchmarks.detect_maps import SEED, Job, Tried, attempt, died
 from benchmarks.detect_speed import RESOLUTION_M, Speed
 from benchmarks.page import PAGE, write_section
 from benchmarks.plot import write_calibration
-from benchmarks.pose_floor import pose_floor
+from benchmarks.scan_votes import drives
 from benchmarks.sheet import worst, write_sheet
 from benchmarks.slam_challenge import real_data_root
 from fidmap.grid import trinarize
@@ -41,9 +41,10 @@ detection. F1 at confidence 0.5, AP (not interpolated) over all maps of a tier. 
 `fidmap synth suite`, seed {SEED}, with radii of 0.12 to 0.45 m (0.30 m in six of ten) and all mappers.
 Goals in brackets.
 """
-LADDER = """The same mazes, drives, poses and mappers in four sizes of cells, R = 0.30 m. The floor is what a noise-free
-raster leaves of a half circle's centre, with what the poses leave: circles through the very points that the beams of
-these drives hit, before any map is drawn, lie that far from the truth (root mean square; CLEAN mm clean, NOISY noisy).
+LADDER = """The same mazes, drives, poses and mappers in four sizes of cells, R = 0.30 m. Truth is where a map draws a
+part: the circle through the points that beams hit, weighed by what the mapper still remembers of them. Beside it, the
+same detections against the mean of all scans of a part, remembered or not, and how far that mean lies from the truth.
+The raster is what is left of a half circle's centre by a noise-free one.
 """
 PEERS = """The other tools' F1 is at the confidence that is best in hindsight, tier by tier, which flatters them. All
 but the templates give no facing, so their centres are compared alone. Milliseconds are of one thread's CPU.
@@ -106,15 +107,6 @@ def attempts(jobs: Sequence[Job]) -> list[Tried]:
     return found
 
 
-def pose_floors(tried: Sequence[Tried]) -> dict[str, float]:
-    """What the poses of the mazes mapped in all resolutions leave of a centre at best: RMS in metres, by tier."""
-    drives = sorted({(t.job.split, t.job.group, t.job.index) for t in tried if t.job.resolution_m is not None})
-    errors: dict[str, list[float]] = {}
-    for split, tier, index in drives:
-        errors.setdefault(tier, []).extend(pose_floor(split, SEED, tier, index, 0.3))  # type: ignore[arg-type]
-    return {tier: float(np.sqrt(np.mean(np.square(found)))) for tier, found in errors.items()}
-
-
 def _accuracy(groups: detect_tables.Groups, tried: Sequence[Tried]) -> str:
     artificial = [t for name in detect_tables.TIERS for t in groups.get(name, [])]
     text = f"## Barrel parts found\n\n{RULE}\n{detect_tables.tier_table(groups)}\n"
@@ -122,9 +114,7 @@ def _accuracy(groups: detect_tables.Groups, tried: Sequence[Tried]) -> str:
         "Of the true detections; sigma is honest where its two figures are 1 (mean and median of the squared error\n"
     )
     text += f"over the variance it states).\n\n{detect_tables.precision_table(groups)}\n"
-    floors = pose_floors(tried)
-    said = LADDER.replace("CLEAN", f"{1000 * floors['clean']:.1f}").replace("NOISY", f"{1000 * floors['noisy']:.1f}")
-    text += f"### By resolution\n\n{said}\n{detect_tables.resolution_table(tried, floors)}\n"
+    text += f"### By resolution\n\n{LADDER}\n{detect_tables.resolution_table(tried, drives(tried))}\n"
     text += f"### What confidence is worth\n\n{detect_tables.calibration_table(artificial, groups.get('R2', []))}\n"
     return text
 

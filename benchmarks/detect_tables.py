@@ -12,6 +12,7 @@ from benchmarks.detect_maps import Tried
 from benchmarks.detect_speed import Speed
 from benchmarks.page import table
 from benchmarks.peer_env import Answers, counted
+from benchmarks.scan_votes import Votes, from_votes
 
 TIERS = ("clean", "noisy", "broken", "large", "office", "field")
 REAL = {"A2": "real, maze (run A2: tuned on)", "R2": "real, office (run R2)"}
@@ -98,30 +99,27 @@ def _rms_mm(errors_m: Sequence[float]) -> str:
     return f"{1000 * math.sqrt(np.mean(np.square(errors_m))):.1f} ({1000 * np.median(errors_m):.1f})"
 
 
-def resolution_table(tried: Sequence[Tried], pose_floor_m: dict[str, float]) -> str:
-    """The same mazes, drives and mappers by the side of a cell, with barrels of 0.30 m; poses' floors by tier."""
+def resolution_table(tried: Sequence[Tried], votes: dict[tuple[str, int], Votes]) -> str:
+    """The same mazes, drives and mappers by the side of a cell, with barrels of 0.30 m; votes by tier and index."""
     rows = []
     for name, resolution in sorted({(t.job.group, r) for t in tried if (r := t.job.resolution_m) is not None}):
         maps = [t for t in tried if t.job.group == name and t.job.resolution_m == resolution]
         counts = [t.count for t in maps]
-        at, errors = rates(counts), [v.error_m for v in sure(maps)]
-        goal, floor = _limits(name, resolution, pose_floor_m[name])
+        at = rates(counts)
+        away = [from_votes(v, votes[name, t.job.index]) for t in maps for v in sure([t])]
+        found, truth = ([pair[k] for pair in away] for k in (0, 1))
         rows.append(
             [
                 name, f"{resolution:g}", len(maps), at.drawn, _to_goal(at.f1, F1_COARSE_GOAL.get((name, resolution))),
-                _three(average_precision(counts)), _rms_mm(errors), goal, floor,
+                _three(average_precision(counts)), _rms_mm([v.error_m for v in sure(maps)]),
+                RMSE_GOAL_MM[name][resolution], _rms_mm(found), _rms_mm(truth), RASTER_FLOOR_MM[resolution],
             ]
         )  # fmt: skip
-    head = ["tier", "cell, m", "maps", "drawn parts", "F1", "AP", "centre RMSE (median), mm", "goal, mm", "floor, mm"]
+    head = [
+        "tier", "cell, m", "maps", "drawn parts", "F1", "AP", "centre RMSE (median), mm", "goal, mm",
+        "to the scans' mean, mm", "truth to it, mm", "raster, mm",
+    ]  # fmt: skip
     return table(head, rows)
-
-
-def _limits(tier: str, resolution_m: float, pose_floor_m: float) -> tuple[str, str]:
-    """Goal and floor of the centres' RMSE in millimetres, empty where there is none."""
-    if tier not in RMSE_GOAL_MM or resolution_m not in RASTER_FLOOR_MM:
-        return "", ""
-    floor = math.hypot(RASTER_FLOOR_MM[resolution_m], 1000 * pose_floor_m)
-    return str(RMSE_GOAL_MM[tier][resolution_m]), f"{floor:.1f}"
 
 
 def peer_table(groups: Groups, answers: Answers) -> str:

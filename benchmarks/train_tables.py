@@ -35,7 +35,7 @@ from fidmap.synth.truth import PartTruth
 
 SEED = 1
 SUITES: dict[Tier, int] = {"clean": 223, "noisy": 416, "broken": 419, "office": 434, "field": 314, "exact": 60}
-FINE: dict[Tier, int] = {"clean": 300, "noisy": 330, "broken": 120, "field": 120}  # in cells of 2 to 2.5 cm
+FINE: dict[Tier, int] = {"clean": 700, "noisy": 830, "broken": 120, "field": 120}  # in cells of 2 to 2.5 cm
 FIRST_FINE = 5000  # their first index
 IDEAL = 400
 A2 = (28, 29, 30, 31, 32, 33, 34, 35, 36, 54, 55, 57, 58, 59, 68, 69)

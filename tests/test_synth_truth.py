@@ -6,9 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fidmap.model import FiducialPart, Pose2
+from fidmap.detect import find_barrel_parts
+from fidmap.grid import trinarize
+from fidmap.model import FiducialPart, FloatArray, Pose2
 from fidmap.synth.arena import ArenaSpec, SynthArena
-from fidmap.synth.laser import scan
+from fidmap.synth.laser import Scans, scan
 from fidmap.synth.mappers import MAPPERS, draw_map
 from fidmap.synth.poses import PoseNoise, estimated_poses
 from fidmap.synth.suite import CaseSpec, make_case
@@ -20,12 +22,13 @@ AROUND = np.array([[2.0 + 1.5 * math.cos(a), 2.0 + 1.5 * math.sin(a), 0.0] for a
 
 def test_exact_poses_draw_parts_where_they_are():
     """In the arena's own frame drawn centres and facings are the true ones; nearly all parts are drawn."""
-    case = make_case(np.random.default_rng(1), CaseSpec(ArenaSpec(pairs=4, void_pairs=1, wholes=1, wall_m=0.03)))
+    maze = ArenaSpec(pairs=4, void_pairs=1, wholes=1, wall_m=0.03)
+    case = make_case(np.random.default_rng(1), CaseSpec(maze, laser=EXACT))
 
     assert len(case.truths) == len(case.arena.arena.parts)
     for truth, part in zip(case.truths, case.arena.arena.parts, strict=True):
         assert truth.id == part.id
-        assert (truth.drawn_x_m, truth.drawn_y_m) == pytest.approx((part.x_m, part.y_m), abs=1e-9)
+        assert (truth.drawn_x_m, truth.drawn_y_m) == pytest.approx((part.x_m, part.y_m), abs=1e-5)  # ranges are singles
         assert truth.drawn_facing == (None if part.facing is None else pytest.approx(part.facing))
         assert truth.copies == ()
     assert sum(truth.drawn == "yes" for truth in case.truths) >= 0.8 * len(case.truths)
@@ -54,6 +57,60 @@ def test_scans_from_another_pose_make_a_copy():
 
     assert (truth.drawn_x_m, truth.drawn_y_m) == pytest.approx((4.0, 2.0))
     assert truth.copies == (pytest.approx((4.0, 2.5)),)
+
+
+def twice_round(away_m: float) -> tuple[Scans, FloatArray]:
+    """The part seen on two rounds, the second of which the map believes to be so far towards +y."""
+    scans = scan(room(), np.concatenate([AROUND, AROUND]), EXACT, np.random.default_rng(0))
+    poses = np.array(scans.poses)
+    poses[len(AROUND) :, 1] += away_m
+    return scans, poses
+
+
+def test_a_counting_mapper_draws_the_middle():
+    """Two rounds 6 cm apart: hits of both count the same."""
+    scans, poses = twice_round(0.06)
+    grid = draw_map(scans, poses, MAPPERS["hits"], 0.02)
+
+    (truth,) = part_truths(room(), scans, poses, grid, MAPPERS["hits"])
+
+    assert (truth.drawn_x_m, truth.drawn_y_m) == pytest.approx((4.0, 2.03), abs=0.003)
+
+
+@pytest.mark.parametrize(("mapper", "most_m"), [("coreslam", 0.003), ("log_odds", 0.02)])
+def test_a_mapper_that_forgets_draws_what_it_saw_last(mapper, most_m):
+    """Two rounds 6 cm apart: the truth is nearer to the second, and there the detector finds the part too."""
+    scans, poses = twice_round(0.06)
+    grid = draw_map(scans, poses, MAPPERS[mapper], 0.02)
+
+    (truth,) = part_truths(room(), scans, poses, grid, MAPPERS[mapper])
+    (found,) = find_barrel_parts(trinarize(grid), 0.3)
+
+    assert (truth.drawn_x_m, truth.drawn_y_m) == pytest.approx((4.0, 2.06), abs=most_m)
+    assert (found.x_m, found.y_m) == pytest.approx((truth.drawn_x_m, truth.drawn_y_m), abs=0.02)
+
+
+def test_hits_that_the_map_does_not_show_draw_nothing():
+    """One scan in eight puts the part 8 cm nearer; the others' beams pass there and clear these cells."""
+    scans = scan(room(), AROUND, EXACT, np.random.default_rng(0))
+    poses = np.array(scans.poses)
+    poses[::8, 0] -= 0.08
+    grid = draw_map(scans, poses, MAPPERS["half_hits"], 0.02)
+
+    (blind,) = part_truths(room(), scans, poses, mapper=MAPPERS["half_hits"])
+    (truth,) = part_truths(room(), scans, poses, grid, MAPPERS["half_hits"])
+
+    assert blind.drawn_x_m < 3.993
+    assert (truth.drawn_x_m, truth.drawn_y_m) == pytest.approx((4.0, 2.0), abs=0.002)
+
+
+def test_beams_that_a_mapper_does_not_use_draw_nothing():
+    """A mapper that believes a metre has not seen the part."""
+    scans = scan(room(), AROUND, EXACT, np.random.default_rng(0))
+
+    (truth,) = part_truths(room(), scans, scans.poses, mapper=replace(MAPPERS["hits"], usable_m=0.2))
+
+    assert (truth.drawn, truth.drawn_x_m) == ("no", None)
 
 
 def test_a_part_never_seen_has_no_place():

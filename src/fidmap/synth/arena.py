@@ -81,6 +81,10 @@ class SynthArena:
             view.setflags(write=False)
             object.__setattr__(self, name, view)
 
+    def part_arc(self, index: int) -> FloatArray:
+        """(5,) the arc of a fiducial part, by its index in `arena.parts`."""
+        return np.asarray(self.arcs[np.flatnonzero(self.arc_part == index)[0]])
+
 
 def make_arena(rng: np.random.Generator, spec: ArenaSpec | None = None) -> SynthArena:
     """Build an arena at random from its specification.

@@ -7,6 +7,7 @@ ts_map_update).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
@@ -19,6 +20,7 @@ from fidmap.model import FloatArray, Grid, Pose2, Source
 from fidmap.synth.laser import Scans
 from fidmap.synth.rays import Batch, Frame, batches, frame_of, ray_ends, samples
 
+IntArray = npt.NDArray[np.int64]
 Float32Array = npt.NDArray[np.float32]
 Kind = Literal["log_odds", "hits", "coreslam"]
 Output = Literal["trinary", "raw", "binary"]
@@ -116,6 +118,21 @@ def count_probability(hits: Float32Array, visits: Float32Array, mapper: Mapper) 
     p = np.where(ratio < mapper.share, 0.5 * ratio / mapper.share, 1 - 0.5 * (1 - ratio) / (1 - mapper.share))
     p[visits < mapper.min_visits] = np.nan
     return p.astype(np.float32)
+
+
+def remembered(mapper: Mapper, beams: IntArray, scans: IntArray) -> FloatArray:
+    """What is left of hits (N,) in a map after so many later beams and scans hit the same cells, as a share.
+
+    Counted hits stay. CoreSLAM keeps 1 - quality with every beam. Clamped log-odds walk at random between two walls:
+    where as much speaks for a cell as against it, a step's variance is hit |miss|, and a walk's past decays over
+    2 (2 limit)^2 / (pi^2 variance) steps (the slowest mode of diffusion between reflecting walls).
+    """
+    if mapper.kind == "coreslam":
+        return np.asarray((1 - mapper.quality) ** beams.astype(np.float64))
+    if mapper.kind == "log_odds":
+        steps = 8 * mapper.limit**2 / (math.pi**2 * mapper.hit * -mapper.miss)
+        return np.asarray(np.exp(-scans / steps))
+    return np.ones(len(beams))
 
 
 def hole_profile(along_m: FloatArray, range_m: FloatArray, hole_m: float) -> FloatArray:

@@ -84,7 +84,7 @@ def make_case(
     every = slice(None, None, spec.mapper.every)
     used = np.zeros(len(believed), bool)
     used[every] = True
-    truths = part_truths(arena, scans.only(used), believed[every], grid)
+    truths = part_truths(arena, scans.only(used), believed[every], grid, spec.mapper)
     return SynthCase(name, tier, spec, arena, grid, truths)
 
 

@@ -1,15 +1,17 @@
 """The truth about every fiducial part of one map: where this map draws it, how much of it, and how often.
 
-No detector is involved: the laser knows which beams hit which part, and the estimated poses say where the map
-puts them. A scan seen from a wrong pose moves all it saw rigidly, so each scan votes for one drawn centre.
+No detector is involved: the laser knows which beams hit which part, the estimated poses say where the map puts them,
+and the mapper how long it remembers them.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
@@ -17,13 +19,12 @@ from scipy import ndimage
 from fidmap.grid import metres_to_cells, trinarize
 from fidmap.model import FiducialPart, FloatArray, Grid, Label
 from fidmap.synth.arena import SynthArena
+from fidmap.synth.copies import BINS, Copy, copies_of, hits_of
 from fidmap.synth.laser import Scans
+from fidmap.synth.mappers import Mapper
 
-IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
-SAME_COPY = 0.5  # radii; scans whose votes lie farther apart draw the part twice
-BINS = 120  # directions of a whole circle
-COPY_BINS = 10  # a copy of less than 30 degrees is a smear, not an arc
+STRETCH_M = 0.02  # of an arc: what later beams overwrite where no map says how large its cells are
 INK_CELLS = 1.5  # how far from its circle an arc is drawn
 INK_RADII = 0.35  # the same for small circles: farther off is another circle
 CLUTTER = 0.4  # radii beyond the thickness of drawn arcs (and 1.5 cells more): black there is not the arc's
@@ -59,16 +60,6 @@ class PartTruth:
     scans: int = 0
 
 
-@dataclass(frozen=True)
-class _Copy:
-    """One place where a part is drawn: centre, turn against the arena, directions hit, scans."""
-
-    centre: FloatArray
-    turn: float
-    hit: BoolArray
-    scans: int
-
-
 @dataclass(frozen=True, eq=False)
 class _Ink:
     """Where a map is black."""
@@ -76,7 +67,7 @@ class _Ink:
     grid: Grid
     occupied: BoolArray
 
-    def on_circle(self, copy: _Copy, radius_m: float, cells: float) -> BoolArray:
+    def on_circle(self, copy: Copy, radius_m: float, cells: float) -> BoolArray:
         """(BINS,) whether a map is black within so many cells of a circle about a copy, by direction."""
         angle = (np.arange(BINS) + 0.5) * 2 * math.pi / BINS + copy.turn
         outward = np.stack([np.cos(angle), np.sin(angle)], axis=1)
@@ -90,8 +81,24 @@ class _Ink:
             np.logical_or(found, inside & self.occupied[rows, columns], out=found)
         return found
 
+    def shows(self, points: FloatArray) -> BoolArray:
+        """(N,) whether a map is black in the cell of each point or beside it."""
+        at = np.floor(metres_to_cells(points, self.grid.resolution_m, self.grid.origin)).astype(np.int64)
+        rows, columns = np.clip(at, 0, np.array(self.occupied.shape) - 1).T
+        return np.asarray(self._widened[rows, columns] > 0)
 
-def part_truths(arena: SynthArena, scans: Scans, poses: FloatArray, grid: Grid | None = None) -> tuple[PartTruth, ...]:
+    @cached_property
+    def _widened(self) -> npt.NDArray[np.uint8]:
+        return np.asarray(cv2.dilate(self.occupied.astype(np.uint8), np.ones((3, 3), np.uint8)))
+
+
+def part_truths(
+    arena: SynthArena,
+    scans: Scans,
+    poses: FloatArray,
+    grid: Grid | None = None,
+    mapper: Mapper | None = None,
+) -> tuple[PartTruth, ...]:
     """The truth about all parts, in the order of `arena.arena.parts`.
 
     Args:
@@ -99,8 +106,12 @@ def part_truths(arena: SynthArena, scans: Scans, poses: FloatArray, grid: Grid |
         scans: with their true poses (M scans).
         poses: (M, 3) the poses that the map was made with, map frame.
         grid: the map; without it support is `seen` and clutter 0.
+        mapper: what drew it; without it every hit counts for ever, from any distance.
     """
-    scan, beam = np.nonzero(scans.parts >= 0)
+    drawn = scans.parts >= 0
+    if mapper is not None:
+        drawn &= scans.ranges < mapper.usable_m
+    scan, beam = np.nonzero(drawn)
     part = scans.parts[scan, beam]
     order = np.argsort(part, kind="stable")
     scan, beam = scan[order], beam[order]
@@ -109,59 +120,16 @@ def part_truths(arena: SynthArena, scans: Scans, poses: FloatArray, grid: Grid |
     truths = []
     for index in range(len(arena.arena.parts)):
         mine = slice(bounds[index], bounds[index + 1])
-        arc = arena.arcs[np.nonzero(arena.arc_part == index)[0][0]]
-        copies = _copies(scans, poses, scan[mine], beam[mine], arc)
+        arc = arena.part_arc(index)
+        hits = hits_of(scans, poses, scan[mine], beam[mine], arc)
+        if ink is not None:
+            hits = replace(hits, shown=ink.shows(hits.points))
+        copies = copies_of(hits, float(arc[2]), mapper, STRETCH_M if grid is None else grid.resolution_m)
         truths.append(_truth(arena.arena.parts[index], arc, copies, ink))
     return tuple(truths)
 
 
-def _copies(scans: Scans, poses: FloatArray, scan: IntArray, beam: IntArray, arc: FloatArray) -> list[_Copy]:
-    """The places where a part is drawn, the most complete first."""
-    true, believed = scans.poses[scan], poses[scan]
-    angle = true[:, 2] + scans.bearings[beam]
-    ranges = scans.ranges[scan, beam]
-    points = true[:, :2] + ranges[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    direction = np.arctan2(*(points - arc[:2]).T[::-1])
-    bins = np.floor((direction / (2 * math.pi) % 1) * BINS).astype(np.int64) % BINS
-    turn = believed[:, 2] - true[:, 2]
-    offset = arc[:2] - true[:, :2]
-    c, s = np.cos(turn), np.sin(turn)
-    votes = believed[:, :2] + np.stack(
-        [c * offset[:, 0] - s * offset[:, 1], s * offset[:, 0] + c * offset[:, 1]], axis=1
-    )
-    copies: list[_Copy] = []
-    left = np.ones(len(votes), bool)
-    while left.any():
-        inside = _densest(votes, left, SAME_COPY * float(arc[2]))
-        copy = _Copy(
-            votes[inside].mean(0),
-            float(np.arctan2(s[inside].mean(), c[inside].mean())),
-            np.bincount(bins[inside], minlength=BINS) > 0,
-            len(np.unique(scan[inside])),
-        )
-        left &= ~inside
-        if not copies or int(copy.hit.sum()) >= COPY_BINS:
-            copies.append(copy)
-    return sorted(copies, key=lambda copy: (-int(copy.hit.sum()), -copy.scans))
-
-
-def _densest(votes: FloatArray, left: BoolArray, reach_m: float) -> BoolArray:
-    """Mask of the votes left within reach of where most of them agree (mean shift from the densest vote)."""
-    candidates = votes[left]
-    seeds = np.unique(candidates, axis=0)  # all beams of a scan vote for one place
-    seeds = seeds[:: max(1, len(seeds) // 200)]
-    near = np.hypot(*(seeds[:, None] - candidates[None, :: max(1, len(candidates) // 2000)]).T) < reach_m
-    centre = seeds[np.argmax(near.sum(0))]
-    inside: BoolArray = left
-    for _ in range(5):
-        inside = left & (np.hypot(*(votes - centre).T) < reach_m)
-        centre = votes[inside].mean(0) if inside.any() else centre
-    if not inside.any():
-        inside = left & np.equal(votes, candidates[0]).all(axis=1)
-    return inside
-
-
-def _truth(part: FiducialPart, arc: FloatArray, copies: list[_Copy], ink: _Ink | None) -> PartTruth:
+def _truth(part: FiducialPart, arc: FloatArray, copies: list[Copy], ink: _Ink | None) -> PartTruth:
     known = PartTruth(part.id, float(arc[0]), float(arc[1]), part.facing, part.opening)
     if not copies:
         return known
@@ -183,7 +151,7 @@ def _truth(part: FiducialPart, arc: FloatArray, copies: list[_Copy], ink: _Ink |
     )
 
 
-def _angles(copy: _Copy, opening: float, radius_m: float, ink: _Ink | None) -> tuple[float, float, float]:
+def _angles(copy: Copy, opening: float, radius_m: float, ink: _Ink | None) -> tuple[float, float, float]:
     """Angles of a copy: seen by beams; of these black in the map; of these black outside the arc too."""
     if ink is None:
         seen = _angle(_closed(copy.hit, 1), opening)

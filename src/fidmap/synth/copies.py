@@ -80,8 +80,8 @@ def _towards(angle: FloatArray) -> FloatArray:
     return np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
-def copies_of(hits: Hits, radius_m: float, mapper: Mapper | None, resolution_m: float) -> list[Copy]:
-    """The places where a part is drawn, the most complete first; without a mapper nothing is forgotten."""
+def copies_of(hits: Hits, radius_m: float, mapper: Mapper, resolution_m: float | None) -> list[Copy]:
+    """The places where a part is drawn, the most complete first; without a map, as in cells of 3 degrees."""
     copies: list[Copy] = []
     left = np.ones(len(hits.scan), bool)
     while left.any():
@@ -109,11 +109,10 @@ def _densest(votes: FloatArray, left: BoolArray, reach_m: float) -> BoolArray:
     return inside
 
 
-def _copy(hits: Hits, radius_m: float, mapper: Mapper | None, resolution_m: float) -> Copy:
-    weight = np.where(hits.shown, 1.0, HIDDEN)
-    if mapper is not None:
-        cells = max(1, round(2 * math.pi * radius_m / resolution_m))
-        weight *= remembered(mapper, *_later(np.floor(_turns(hits.direction) * cells).astype(np.int64), hits.scan))
+def _copy(hits: Hits, radius_m: float, mapper: Mapper, resolution_m: float | None) -> Copy:
+    cells = BINS if resolution_m is None else max(1, round(2 * math.pi * radius_m / resolution_m))
+    stretch = np.floor(_turns(hits.direction) * cells).astype(np.int64)
+    weight = np.where(hits.shown, 1.0, HIDDEN) * remembered(mapper, *_later(stretch, hits.scan))
     turn = np.arctan2(weight @ np.sin(hits.turn), weight @ np.cos(hits.turn))
     bins = np.floor(_turns(hits.direction) * BINS).astype(np.int64)
     return Copy(

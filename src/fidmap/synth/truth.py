@@ -23,8 +23,8 @@ from fidmap.synth.copies import BINS, Copy, copies_of, hits_of
 from fidmap.synth.laser import Scans
 from fidmap.synth.mappers import Mapper
 
+IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
-STRETCH_M = 0.02  # of an arc: what later beams overwrite where no map says how large its cells are
 INK_CELLS = 1.5  # how far from its circle an arc is drawn
 INK_RADII = 0.35  # the same for small circles: farther off is another circle
 CLUTTER = 0.4  # radii beyond the thickness of drawn arcs (and 1.5 cells more): black there is not the arc's
@@ -93,11 +93,7 @@ class _Ink:
 
 
 def part_truths(
-    arena: SynthArena,
-    scans: Scans,
-    poses: FloatArray,
-    grid: Grid | None = None,
-    mapper: Mapper | None = None,
+    arena: SynthArena, scans: Scans, poses: FloatArray, grid: Grid | None = None, mapper: Mapper | None = None
 ) -> tuple[PartTruth, ...]:
     """The truth about all parts, in the order of `arena.arena.parts`.
 
@@ -106,27 +102,28 @@ def part_truths(
         scans: with their true poses (M scans).
         poses: (M, 3) the poses that the map was made with, map frame.
         grid: the map; without it support is `seen` and clutter 0.
-        mapper: what drew it; without it every hit counts for ever, from any distance.
+        mapper: what drew it; without it hits are counted.
     """
-    drawn = scans.parts >= 0
-    if mapper is not None:
-        drawn &= scans.ranges < mapper.usable_m
-    scan, beam = np.nonzero(drawn)
-    part = scans.parts[scan, beam]
-    order = np.argsort(part, kind="stable")
-    scan, beam = scan[order], beam[order]
-    bounds = np.searchsorted(part[order], np.arange(len(arena.arena.parts) + 1))
+    mapper = mapper or Mapper()
     ink = None if grid is None else _Ink(grid, trinarize(grid).labels == Label.OCCUPIED)
     truths = []
-    for index in range(len(arena.arena.parts)):
-        mine = slice(bounds[index], bounds[index + 1])
+    for index, (scan, beam) in enumerate(_beams_by_part(scans, len(arena.arena.parts), mapper)):
         arc = arena.part_arc(index)
-        hits = hits_of(scans, poses, scan[mine], beam[mine], arc)
+        hits = hits_of(scans, poses, scan, beam, arc)
         if ink is not None:
             hits = replace(hits, shown=ink.shows(hits.points))
-        copies = copies_of(hits, float(arc[2]), mapper, STRETCH_M if grid is None else grid.resolution_m)
+        copies = copies_of(hits, float(arc[2]), mapper, None if grid is None else grid.resolution_m)
         truths.append(_truth(arena.arena.parts[index], arc, copies, ink))
     return tuple(truths)
+
+
+def _beams_by_part(scans: Scans, parts: int, mapper: Mapper) -> list[tuple[IntArray, IntArray]]:
+    """Scans and beams, scan by scan, that hit each part within a mapper's range."""
+    scan, beam = np.nonzero((scans.parts >= 0) & (scans.ranges < mapper.usable_m))
+    part = scans.parts[scan, beam]
+    order = np.argsort(part, kind="stable")
+    bounds = np.searchsorted(part[order], np.arange(1, parts))
+    return list(zip(np.split(scan[order], bounds), np.split(beam[order], bounds), strict=True))[:parts]
 
 
 def _truth(part: FiducialPart, arc: FloatArray, copies: list[Copy], ink: _Ink | None) -> PartTruth:

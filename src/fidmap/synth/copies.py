@@ -28,9 +28,13 @@ HIDDEN = 1e-3  # what a hit that the map does not show counts beside one that it
 
 @dataclass(frozen=True)
 class Copy:
-    """One place where a part is drawn: centre, turn against the arena, directions hit, scans."""
+    """One place where a part is drawn: centre, turn against the arena, directions hit, scans.
+
+    unshown: the centre if the map were not asked which hits it shows.
+    """
 
     centre: FloatArray
+    unshown: FloatArray
     turn: float
     hit: BoolArray
     scans: int
@@ -112,11 +116,13 @@ def _densest(votes: FloatArray, left: BoolArray, reach_m: float) -> BoolArray:
 def _copy(hits: Hits, radius_m: float, mapper: Mapper, resolution_m: float | None) -> Copy:
     cells = BINS if resolution_m is None else max(1, round(2 * math.pi * radius_m / resolution_m))
     stretch = np.floor(_turns(hits.direction) * cells).astype(np.int64)
-    weight = np.where(hits.shown, 1.0, HIDDEN) * remembered(mapper, *_later(stretch, hits.scan))
+    kept = remembered(mapper, *_later(stretch, hits.scan))
+    weight = np.where(hits.shown, 1.0, HIDDEN) * kept
     turn = np.arctan2(weight @ np.sin(hits.turn), weight @ np.cos(hits.turn))
     bins = np.floor(_turns(hits.direction) * BINS).astype(np.int64)
     return Copy(
         _circle(hits, weight, radius_m),
+        _circle(hits, kept, radius_m),
         float(turn),
         np.bincount(bins, minlength=BINS) > 0,
         len(np.unique(hits.scan)),

@@ -130,10 +130,11 @@ def _truth(part: FiducialPart, arc: FloatArray, copies: list[Copy], ink: _Ink | 
     known = PartTruth(part.id, float(arc[0]), float(arc[1]), part.facing, part.opening)
     if not copies:
         return known
-    angles = [_angles(copy, part.opening, float(arc[2]), ink) for copy in copies]
-    # What the map shows best is where it draws the part; ties go to the copy that was seen most completely.
-    best = max(range(len(copies)), key=lambda k: (angles[k][1] - angles[k][2], -k))
-    main, (seen, support, clutter) = copies[best], angles[best]
+    # What the map shows best is where it draws the part; ties go to the copy that was seen most completely. The few
+    # hits that a map shows of a faint copy may lie on another one's cells, so all are asked where they are.
+    there = [_angles(replace(copy, centre=copy.unshown), part.opening, float(arc[2]), ink) for copy in copies]
+    main = copies[max(range(len(copies)), key=lambda k: (there[k][1] - there[k][2], -k))]
+    seen, support, clutter = _angles(main, part.opening, float(arc[2]), ink)
     return replace(
         known,
         drawn_x_m=float(main.centre[0]),

@@ -32,7 +32,8 @@ class SeenArcs:
     """The sure arcs of a map and their common radius.
 
     factor: of the stated radius, which a detector needs to see them; gain: how many times more it shows. ratio: median
-    of the fitted radii to the stated one, None where fewer than three could be fitted; error: its standard error.
+    of the fitted radii to the stated one, None where fewer than three could be fitted; error: its standard error, of
+    fewer than five half their range.
     """
 
     parts: tuple[BarrelPart, ...]
@@ -65,7 +66,7 @@ def seen_arcs(trinary: TrinaryGrid, radius_m: float, parts: Sequence[BarrelPart]
     """
     stated = _fitted(trinary, radius_m, 1.0, _sure(parts))
     near = OFF + SUSPICIOUS_CELLS * trinary.resolution_m / radius_m
-    if len(stated.parts) >= enough and stated.ratio is not None and abs(stated.ratio - 1) + stated.error < near:
+    if len(stated.parts) >= enough and stated.ratio is not None and abs(stated.ratio - 1) + 2 * stated.error < near:
         return stated
     best, most = stated, BONUS * _worth(stated.parts)
     for factors in (NEAR, FAR):
@@ -94,12 +95,17 @@ def _found_with(trinary: TrinaryGrid, radius_m: float) -> tuple[BarrelPart, ...]
 
 
 def _fitted(trinary: TrinaryGrid, radius_m: float, factor: float, parts: tuple[BarrelPart, ...]) -> SeenArcs:
-    """The median of the surest arcs' radii, and its standard error from their absolute deviations."""
+    """The median of the surest arcs' radii, and its standard error from their absolute deviations.
+
+    Those of a few arcs say little: two may agree by chance.
+    """
     surest = sorted(parts, key=lambda part: -part.confidence)[:MOST_ARCS]
     radii = [r / radius_m for part in surest if (r := _radius_m(trinary, part, factor * radius_m)) is not None]
     if len(radii) < LEAST_ARCS:
         return SeenArcs(parts, factor, None, 0.0)
     ratio = float(np.median(radii))
+    if len(radii) < MANY:
+        return SeenArcs(parts, factor, ratio, (max(radii) - min(radii)) / 2)
     deviation = 1.4826 * float(np.median(np.abs(np.array(radii) - ratio)))
     return SeenArcs(parts, factor, ratio, 1.2533 * deviation / math.sqrt(len(radii)))
 

@@ -21,7 +21,6 @@ from benchmarks.detect_maps import SEED, Job, Tried, attempt, died
 from benchmarks.detect_speed import RESOLUTION_M, Speed
 from benchmarks.page import PAGE, write_section
 from benchmarks.plot import write_calibration
-from benchmarks.scan_votes import drives
 from benchmarks.sheet import worst, write_sheet
 from benchmarks.slam_challenge import real_data_root
 from fidmap.grid import trinarize
@@ -42,9 +41,10 @@ detection. F1 at confidence 0.5, AP (not interpolated) over all maps of a tier. 
 Goals in brackets.
 """
 LADDER = """The same mazes, drives, poses and mappers in four sizes of cells, R = 0.30 m. Truth is where a map draws a
-part: the circle through the points that beams hit, weighed by what the mapper still remembers of them. Beside it, the
-same detections against the mean of all scans of a part, remembered or not, and how far that mean lies from the truth.
-The raster is what is left of a half circle's centre by a noise-free one.
+part: the circle through the points that beams hit, where the map still shows them, weighed by what the mapper
+remembers (docs/decisions, 0037). Beside it, the same detections against the mean of all scans of a part, on which the
+detector was trained, and how far that mean lies from the truth. The raster is what is left of a half circle's centre
+by a noise-free one.
 """
 PEERS = """The other tools' F1 is at the confidence that is best in hindsight, tier by tier, which flatters them. All
 but the templates give no facing, so their centres are compared alone. Milliseconds are of one thread's CPU.
@@ -114,7 +114,7 @@ def _accuracy(groups: detect_tables.Groups, tried: Sequence[Tried]) -> str:
         "Of the true detections; sigma is honest where its two figures are 1 (mean and median of the squared error\n"
     )
     text += f"over the variance it states).\n\n{detect_tables.precision_table(groups)}\n"
-    text += f"### By resolution\n\n{LADDER}\n{detect_tables.resolution_table(tried, drives(tried))}\n"
+    text += f"### By resolution\n\n{LADDER}\n{detect_tables.resolution_table(tried)}\n"
     text += f"### What confidence is worth\n\n{detect_tables.calibration_table(artificial, groups.get('R2', []))}\n"
     return text
 

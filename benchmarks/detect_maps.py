@@ -25,6 +25,9 @@ LEAST_DRAWN = math.radians(120) - 1e-9
 WINDOW = 3.0  # radii around a fault that its picture shows
 
 
+Truths = dict[str, PartTruth]
+
+
 @dataclass(frozen=True)
 class Job:
     """An artificial map (tier and index of a split) or a real one (its name); labels go to `folder`.
@@ -61,7 +64,10 @@ class Fault:
 
 @dataclass(frozen=True, eq=False)
 class Tried:
-    """What came out on one map; `seconds` are of one thread's CPU."""
+    """What came out on one map; `seconds` are of one thread's CPU.
+
+    truths: of an artificial map.
+    """
 
     job: Job
     name: str
@@ -73,11 +79,12 @@ class Tried:
     parts: tuple[DrawnPart, ...]
     count: Count
     faults: tuple[Fault, ...] = field(default=())
+    truths: Truths = field(default_factory=dict)
 
 
 def attempt(job: Job) -> Tried:
     """Make or read the map, find the parts, count them."""
-    grid, radius_m, parts, weights, name = _real(job.real) if job.real else _artificial(job)
+    grid, radius_m, parts, truths, name = _real(job.real) if job.real else _artificial(job)
     find_barrel_parts(_corner(grid), radius_m)  # first calls set things up
     start = time.process_time()
     found = find_barrel_parts(grid, radius_m)
@@ -85,9 +92,9 @@ def attempt(job: Job) -> Tried:
     counted = count([part for part in found if part.drawn >= LEAST_DRAWN], parts, radius_m)
     if job.folder is not None:
         np.save(job.folder / f"{name}.npy", grid.labels)
-    faults = () if job.real else tuple(_faults(grid, radius_m, counted, weights, name))
+    faults = () if job.real else tuple(_faults(grid, radius_m, counted, truths, name))
     return Tried(
-        job, name, radius_m, grid.resolution_m, grid.origin, grid.labels.size, seconds, parts, counted, faults
+        job, name, radius_m, grid.resolution_m, grid.origin, grid.labels.size, seconds, parts, counted, faults, truths
     )  # fmt: skip
 
 
@@ -96,16 +103,15 @@ def died(job: Job) -> Tried:
     raise MemoryError(f"the process that worked on {job} died; run the benchmark with more memory")
 
 
-def _artificial(job: Job) -> tuple[TrinaryGrid, float, tuple[DrawnPart, ...], dict[str, float], str]:
+def _artificial(job: Job) -> tuple[TrinaryGrid, float, tuple[DrawnPart, ...], Truths, str]:
     tier: Tier = job.group  # type: ignore[assignment]
     rng = case_rng(job.split, SEED, tier, job.index)
     spec, name = random_spec(rng, tier), f"{tier}-{job.index:03d}"
     if job.resolution_m is not None:
         spec, name = with_radius(replace(spec, resolution_m=job.resolution_m), 0.3), f"{name}-{job.resolution_m:g}m"
     case = make_case(rng, spec, tier=tier)
-    weights = {truth.id: truth.support / truth.opening - truth.clutter / truth.opening for truth in case.truths}
     parts = tuple(drawn_part(truth) for truth in case.truths)
-    return trinarize(case.grid), case.arena.arena.radius_m, parts, weights, name
+    return trinarize(case.grid), case.arena.arena.radius_m, parts, {t.id: t for t in case.truths}, name
 
 
 def drawn_part(truth: PartTruth) -> DrawnPart:
@@ -113,7 +119,7 @@ def drawn_part(truth: PartTruth) -> DrawnPart:
     return DrawnPart(truth.id, truth.drawn_x_m, truth.drawn_y_m, truth.drawn_facing, truth.drawn, truth.copies)
 
 
-def _real(name: str) -> tuple[TrinaryGrid, float, tuple[DrawnPart, ...], dict[str, float], str]:
+def _real(name: str) -> tuple[TrinaryGrid, float, tuple[DrawnPart, ...], Truths, str]:
     folder = real_data_root() / "slam_challenge"
     grid = trinarize(read_map(folder / "maps" / f"{name}.yaml"))
     return grid, 0.3, read_drawn_parts(folder, name), {}, f"real-{name}"
@@ -123,17 +129,22 @@ def _corner(grid: TrinaryGrid) -> TrinaryGrid:
     return TrinaryGrid(np.ascontiguousarray(grid.labels[:100, :100]), grid.resolution_m)
 
 
-def _faults(grid: TrinaryGrid, radius_m: float, counted: Count, weights: dict[str, float], name: str) -> list[Fault]:
+def _faults(grid: TrinaryGrid, radius_m: float, counted: Count, truths: Truths, name: str) -> list[Fault]:
     """Misses, those drawn best first to be shown, and false finds by their confidence."""
     sure = counted.above(0.5)
     late = {v.part.id: v.detection.confidence for v in counted.of("true") if v.part is not None}
     missed = [
-        (BarrelPart(0, part.x_m, part.y_m, part.facing), "miss", (weights[part.id], late.get(part.id, 0.0)))
+        (BarrelPart(0, part.x_m, part.y_m, part.facing), "miss", (_clear(truths[part.id]), late.get(part.id, 0.0)))
         for part in sure.missed
         if part.x_m is not None and part.y_m is not None
     ]
     false = [(find, "false", (find.confidence, find.confidence)) for find in sure.false]
     return [_fault(grid, radius_m, at, name, kind, numbers) for at, kind, numbers in missed + false]
+
+
+def _clear(truth: PartTruth) -> float:
+    """The share of a part's opening that a map draws without anything before it."""
+    return (truth.support - truth.clutter) / truth.opening
 
 
 def _fault(

@@ -12,7 +12,6 @@ from benchmarks.detect_maps import Tried
 from benchmarks.detect_speed import Speed
 from benchmarks.page import table
 from benchmarks.peer_env import Answers, counted
-from benchmarks.scan_votes import Votes, from_votes
 
 TIERS = ("clean", "noisy", "broken", "large", "office", "field")
 REAL = {"A2": "real, maze (run A2: tuned on)", "R2": "real, office (run R2)"}
@@ -99,14 +98,14 @@ def _rms_mm(errors_m: Sequence[float]) -> str:
     return f"{1000 * math.sqrt(np.mean(np.square(errors_m))):.1f} ({1000 * np.median(errors_m):.1f})"
 
 
-def resolution_table(tried: Sequence[Tried], votes: dict[tuple[str, int], Votes]) -> str:
-    """The same mazes, drives and mappers by the side of a cell, with barrels of 0.30 m; votes by tier and index."""
+def resolution_table(tried: Sequence[Tried]) -> str:
+    """The same mazes, drives and mappers by the side of a cell, with barrels of 0.30 m."""
     rows = []
     for name, resolution in sorted({(t.job.group, r) for t in tried if (r := t.job.resolution_m) is not None}):
         maps = [t for t in tried if t.job.group == name and t.job.resolution_m == resolution]
         counts = [t.count for t in maps]
         at = rates(counts)
-        away = [from_votes(v, votes[name, t.job.index]) for t in maps for v in sure([t])]
+        away = [_from_votes(v, t) for t in maps for v in sure([t])]
         found, truth = ([pair[k] for pair in away] for k in (0, 1))
         rows.append(
             [
@@ -120,6 +119,15 @@ def resolution_table(tried: Sequence[Tried], votes: dict[tuple[str, int], Votes]
         "to the scans' mean, mm", "truth to it, mm", "raster, mm",
     ]  # fmt: skip
     return table(head, rows)
+
+
+def _from_votes(verdict: Verdict, tried: Tried) -> tuple[float, float]:
+    """How far a true detection, and the truth, lie from where the scans put its part on average; metres."""
+    assert verdict.part is not None
+    truth, found = tried.truths[verdict.part.id], verdict.detection
+    mean = np.array([truth.voted_x_m, truth.voted_y_m], float)
+    place = np.array([truth.drawn_x_m, truth.drawn_y_m], float)
+    return float(np.hypot(*(mean - [found.x_m, found.y_m]))), float(np.hypot(*(mean - place)))
 
 
 def peer_table(groups: Groups, answers: Answers) -> str:

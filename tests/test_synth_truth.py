@@ -30,6 +30,7 @@ def test_exact_poses_draw_parts_where_they_are():
         assert truth.id == part.id
         assert (truth.drawn_x_m, truth.drawn_y_m) == pytest.approx((part.x_m, part.y_m), abs=1e-5)  # ranges are singles
         assert truth.drawn_facing == (None if part.facing is None else pytest.approx(part.facing))
+        assert (truth.voted_x_m, truth.voted_y_m) == pytest.approx((part.x_m, part.y_m), abs=1e-9)
         assert truth.copies == ()
     assert sum(truth.drawn == "yes" for truth in case.truths) >= 0.8 * len(case.truths)
 

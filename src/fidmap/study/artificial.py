@@ -113,6 +113,8 @@ def _part(truth: PartTruth) -> Document:
         "drawn_x_m": _short(truth.drawn_x_m),
         "drawn_y_m": _short(truth.drawn_y_m),
         "drawn_facing_deg": _degrees(truth.drawn_facing),
+        "voted_x_m": _short(truth.voted_x_m),
+        "voted_y_m": _short(truth.voted_y_m),
         "drawn_deg": _degrees(truth.support),
         "seen_deg": _degrees(truth.seen),
         "clutter_deg": _degrees(truth.clutter),

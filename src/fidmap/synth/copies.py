@@ -30,11 +30,12 @@ HIDDEN = 1e-3  # what a hit that the map does not show counts beside one that it
 class Copy:
     """One place where a part is drawn: centre, turn against the arena, directions hit, scans.
 
-    unshown: the centre if the map were not asked which hits it shows.
+    unshown: the centre if the map were not asked which hits it shows. voted: the mean of what its scans vote for.
     """
 
     centre: FloatArray
     unshown: FloatArray
+    voted: FloatArray
     turn: float
     hit: BoolArray
     scans: int
@@ -123,6 +124,7 @@ def _copy(hits: Hits, radius_m: float, mapper: Mapper, resolution_m: float | Non
     return Copy(
         _circle(hits, weight, radius_m),
         _circle(hits, kept, radius_m),
+        hits.votes.mean(axis=0),
         float(turn),
         np.bincount(bins, minlength=BINS) > 0,
         len(np.unique(hits.scan)),

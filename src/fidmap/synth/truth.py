@@ -35,7 +35,8 @@ class PartTruth:
     """One fiducial part in one map.
 
     id, x_m, y_m, facing: as in the arena (facing None for a whole barrel). drawn_x_m, drawn_y_m,
-    drawn_facing: in the map's frame, None where no scan saw the part. seen: angle that beams hit, in the main
+    drawn_facing: in the map's frame, None where no scan saw the part. voted_x_m, voted_y_m: where the scans that drew
+    it put it on average, whatever the map still shows of them. seen: angle that beams hit, in the main
     copy. support: angle of these hits at which the map has occupied cells. clutter: angle at which it also
     has some outside the arc.
     drawn: 'yes' at support >= 2/3 and support - clutter >= 0.3 of the part's opening, 'partly' at 0.5 and
@@ -52,6 +53,8 @@ class PartTruth:
     drawn_x_m: float | None = None
     drawn_y_m: float | None = None
     drawn_facing: float | None = None
+    voted_x_m: float | None = None
+    voted_y_m: float | None = None
     seen: float = 0.0
     support: float = 0.0
     clutter: float = 0.0
@@ -140,6 +143,8 @@ def _truth(part: FiducialPart, arc: FloatArray, copies: list[Copy], ink: _Ink | 
         drawn_x_m=float(main.centre[0]),
         drawn_y_m=float(main.centre[1]),
         drawn_facing=None if part.facing is None else math.remainder(part.facing + main.turn, 2 * math.pi),
+        voted_x_m=float(main.voted[0]),
+        voted_y_m=float(main.voted[1]),
         seen=seen,
         support=support,
         clutter=clutter,

@@ -14,11 +14,12 @@ from fidmap.arena.write import write_arena
 from fidmap.detect import find_barrel_parts
 from fidmap.grid import trinarize
 from fidmap.inspect.against import arena_findings, radius_findings
+from fidmap.inspect.radius import seen_arcs
 from fidmap.maps import read_map
-from fidmap.model import CONTINUOUS, SSRR2011, Arena, BarrelPart, Finding, Grid, Settings, Transform
+from fidmap.model import CONTINUOUS, SSRR2011, Arena, BarrelPart, Finding, Grid, Label, Settings, Transform, TrinaryGrid
 from fidmap.register import register
 from fidmap.synth.suite import CaseSpec, SynthCase, case_rng, make_case, suite
-from fiducials import arena_of, drawn, half, pairs_arena
+from fiducials import arc, arena_of, drawn, half, pairs_arena
 from real_data import real_data
 
 
@@ -251,3 +252,18 @@ def test_real_maps_are_silent(name: str) -> None:
     if name.endswith(("m28.yaml", "m63.yaml", "world.yaml")):
         small = of_map(replace(grid, resolution_m=grid.resolution_m * 1.1), arena)
         assert [f.code for f in small] == ["scale-off"]
+
+
+@pytest.mark.parametrize(("last_m", "off"), [(0.36, False), (0.435, True)])
+def test_few_arcs_tell_a_radius_only_if_they_agree(last_m: float, off: bool) -> None:
+    """Two of three rings a fifth too large may be something else; three may not."""
+    labels = np.zeros((75, 200), np.uint8)
+    y, x = np.mgrid[0:75, 0:200] * 0.02 + 0.01
+    centres, radii = [(0.7 + 1.2 * k, 0.75) for k in range(3)], (0.44, 0.445, last_m)
+    for (x_m, y_m), radius_m in zip(centres, radii, strict=True):
+        labels[np.abs(np.hypot(x - x_m, y - y_m) - radius_m) < 0.015] = Label.OCCUPIED
+    parts = [replace(arc(n, *at, None), confidence=1.0) for n, at in enumerate(centres)]
+
+    arcs = seen_arcs(TrinaryGrid(labels, 0.02), 0.36, parts)
+
+    assert arcs.is_off(18.0) is off

@@ -106,7 +106,7 @@ def test_hits_that_the_map_does_not_show_draw_nothing():
 
 
 def test_beams_that_a_mapper_does_not_use_draw_nothing():
-    """A mapper that believes a metre has not seen the part."""
+    """A mapper that believes 20 cm has not seen the part."""
     scans = scan(room(), AROUND, EXACT, np.random.default_rng(0))
 
     (truth,) = part_truths(room(), scans, scans.poses, mapper=replace(MAPPERS["hits"], usable_m=0.2))

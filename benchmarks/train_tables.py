@@ -99,12 +99,12 @@ def _make_map(job: tuple[Tier, int, Path]) -> None:
     if tier == "exact":  # what drawings by hand and simulators without noise look like
         spec = replace(spec, laser=replace(spec.laser, noise_m=0.0, mixed=0.0, skew=0.0, tilt=0.0))
     case = make_case(rng, spec, tier=tier)
-    parts = tuple(drawn_part(truth) for truth in case.truths)
+    parts = tuple(voted_part(truth) for truth in case.truths)
     drawn = Drawn(trinarize(case.grid), case.arena.arena.radius_m, parts, int(rng.integers(2**31)))
     path.write_bytes(pickle.dumps(drawn))
 
 
-def drawn_part(truth: PartTruth) -> DrawnPart:
+def voted_part(truth: PartTruth) -> DrawnPart:
     """An artificial map's truth in the words of the real maps', where its scans put it on average.
 
     What smears and erasing leave open is to be learned as doubt: docs/decisions, 0037.

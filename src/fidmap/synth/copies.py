@@ -30,11 +30,11 @@ HIDDEN = 1e-3  # what a hit that the map does not show counts beside one that it
 class Copy:
     """One place where a part is drawn: centre, turn against the arena, directions hit, scans.
 
-    unshown: the centre if the map were not asked which hits it shows. voted: the mean of what its scans vote for.
+    all_hits: the centre by all of them, whether the map shows them or not. voted: the mean of what its scans vote for.
     """
 
     centre: FloatArray
-    unshown: FloatArray
+    all_hits: FloatArray
     voted: FloatArray
     turn: float
     hit: BoolArray

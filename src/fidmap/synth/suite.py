@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from fidmap.model import FloatArray, Grid, Pose2
+from fidmap.model import Grid, Pose2
 from fidmap.synth.arena import ArenaSpec, SynthArena, make_arena
 from fidmap.synth.draws import (
     REAL_RESOLUTIONS_M,
@@ -25,7 +25,7 @@ from fidmap.synth.draws import (
     random_radius,
 )
 from fidmap.synth.field import FieldSpec, make_field
-from fidmap.synth.laser import Laser, Scans, scan
+from fidmap.synth.laser import Laser, scan
 from fidmap.synth.mappers import MAPPERS, Mapper, draw_map
 from fidmap.synth.office import OfficeSpec, make_office
 from fidmap.synth.poses import PoseNoise, Tier, estimated_poses, tier_noise
@@ -79,23 +79,16 @@ def make_case(
 ) -> SynthCase:
     """Build an arena (unless one is given), drive through it, map it with its faults, tell the truth."""
     spec = spec or CaseSpec()
-    arena, scans, believed = scans_of(rng, spec, arena)
+    arena = arena or build_arena(rng, spec.arena)
+    poses = drive(arena, rng, spec.explored, spec.spacing_m)
+    scans = scan(arena, poses, spec.laser, rng)
+    believed = estimated_poses(poses, spec.noise, rng, spec.frame)
     grid = draw_map(scans, believed, spec.mapper, spec.resolution_m, min_cells=spec.min_cells, name=name)
     every = slice(None, None, spec.mapper.every)
     used = np.zeros(len(believed), bool)
     used[every] = True
     truths = part_truths(arena, scans.only(used), believed[every], grid, spec.mapper)
     return SynthCase(name, tier, spec, arena, grid, truths)
-
-
-def scans_of(
-    rng: np.random.Generator, spec: CaseSpec, arena: SynthArena | None = None
-) -> tuple[SynthArena, Scans, FloatArray]:
-    """What a case's map is made from: the arena, all M scans, and the poses (M, 3) in the map's frame believed."""
-    arena = arena or build_arena(rng, spec.arena)
-    poses = drive(arena, rng, spec.explored, spec.spacing_m)
-    scans = scan(arena, poses, spec.laser, rng)
-    return arena, scans, estimated_poses(poses, spec.noise, rng, spec.frame)
 
 
 def build_arena(rng: np.random.Generator, spec: ArenaSpec | OfficeSpec | FieldSpec) -> SynthArena:

@@ -105,7 +105,7 @@ def part_truths(
         scans: with their true poses (M scans).
         poses: (M, 3) the poses that the map was made with, map frame.
         grid: the map; without it support is `seen` and clutter 0.
-        mapper: what drew it; without it hits are counted.
+        mapper: what drew it; without it hits are counted, up to 20 m.
     """
     mapper = mapper or Mapper()
     ink = None if grid is None else _Ink(grid, trinarize(grid).labels == Label.OCCUPIED)
@@ -135,7 +135,7 @@ def _truth(part: FiducialPart, arc: FloatArray, copies: list[Copy], ink: _Ink | 
         return known
     # What the map shows best is where it draws the part; ties go to the copy that was seen most completely. The few
     # hits that a map shows of a faint copy may lie on another one's cells, so all are asked where they are.
-    there = [_angles(replace(copy, centre=copy.unshown), part.opening, float(arc[2]), ink) for copy in copies]
+    there = [_angles(replace(copy, centre=copy.all_hits), part.opening, float(arc[2]), ink) for copy in copies]
     main = copies[max(range(len(copies)), key=lambda k: (there[k][1] - there[k][2], -k))]
     seen, support, clutter = _angles(main, part.opening, float(arc[2]), ink)
     return replace(

@@ -6,6 +6,7 @@ Lengths are cells, centres continuous (row, column), angles counter-clockwise fr
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeVar
 
 import cv2
@@ -39,10 +40,15 @@ class BandCells:
     columns: FloatArray
     counts: Index
 
-    @property
+    @cached_property
     def ring(self) -> Index:
         """(N,) whose each cell is."""
         return self.each(np.arange(len(self.counts)))
+
+    @cached_property
+    def firsts(self) -> Index:
+        """Indices of the first cells of those rings that have any."""
+        return (np.cumsum(self.counts) - self.counts)[self.counts > 0]
 
     def each(self, values: npt.NDArray[Number]) -> npt.NDArray[Number]:
         """(N,) what the rings have (K,), for each of their cells."""
@@ -50,9 +56,9 @@ class BandCells:
 
     def sum(self, values: FloatArray) -> FloatArray:
         """(K,) sums over each ring's cells of what the cells have (N,)."""
-        sums, some = np.zeros(len(self.counts)), self.counts > 0
+        sums = np.zeros(len(self.counts))
         if len(values):
-            sums[some] = np.add.reduceat(values, (np.cumsum(self.counts) - self.counts)[some])
+            sums[self.counts > 0] = np.add.reduceat(values, self.firsts)
         return sums
 
     def take(self, some: Mask) -> BandCells:
@@ -84,9 +90,9 @@ def band_cells(labels: Labels, centres: FloatArray, radius: float, width: float)
     places, counts = [np.empty(0, np.int32)], [np.empty(0, np.intp)]
     for k in range(0, len(starts), BLOCK):
         index = starts[k : k + BLOCK, None] + offsets
-        occupied = flat.take(index, mode="clip") == Label.OCCUPIED
-        places.append(index[occupied])
-        counts.append(np.count_nonzero(occupied, axis=1))
+        occupied = np.flatnonzero(flat.take(index, mode="clip") == Label.OCCUPIED)
+        places.append(index.reshape(-1).take(occupied))
+        counts.append(np.diff(np.searchsorted(occupied, np.arange(len(index) + 1) * len(offsets))))
     row, column = np.divmod(np.concatenate(places), np.int32(padded.shape[1]))
     return BandCells(row - (margin - 0.5), column - (margin - 0.5), np.concatenate(counts))
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -10,8 +9,9 @@ from fidmap.model import Label
 
 Labels = npt.NDArray[np.uint8]
 LEAST_RADIUS = 5.5
-# what wins in a block of cells, least first: a thin or ragged arc must not drown in the free space around it
-ORDER = np.array([Label.UNKNOWN, Label.FREE, Label.OCCUPIED], np.uint8)
+# what this turns labels into, and back again, is in the order in which they win in a block of cells, unknown, free,
+# occupied: a thin or ragged arc must not drown in the free space around it
+FLIP = np.uint8(Label.UNKNOWN)
 
 
 def factor(radius: float) -> int:
@@ -20,10 +20,17 @@ def factor(radius: float) -> int:
 
 
 def coarser(labels: Labels, factor: int) -> Labels:
-    """Blocks of factor x factor cells as one: occupied if any is, else free if any is; three passes over the map."""
+    """Blocks of factor x factor cells as one: occupied if any is, else free if any is; two passes over the map."""
     if factor == 1:
         return labels
-    rank = np.argsort(ORDER).astype(np.uint8)
-    ranked = cv2.LUT(labels, np.resize(rank, 256))
-    highest = cv2.dilate(ranked, np.ones((factor, factor), np.uint8), anchor=(0, 0), borderType=cv2.BORDER_REPLICATE)
-    return np.asarray(ORDER[highest[::factor, ::factor]], np.uint8)
+    rows = _highest(labels ^ FLIP, factor)
+    return _highest(rows.T, factor).T ^ FLIP
+
+
+def _highest(values: Labels, times: int) -> Labels:
+    """The highest of every so many rows; the last of them may be fewer."""
+    found = values[::times].copy(order="K")
+    for k in range(1, times):
+        more = values[k::times]
+        np.maximum(found[: len(more)], more, out=found[: len(more)])
+    return found

@@ -15,6 +15,7 @@ from fidmap.model import FloatArray
 Labels = npt.NDArray[np.uint8]
 Windows = npt.NDArray[np.uint8]
 INNERMOST, OUTERMOST = 0.2, 1.75  # radii
+BLOCK = 32  # windows looked up at a time: their indices stay in the cache
 
 
 class Windower:
@@ -37,10 +38,13 @@ class Windower:
 
 def look(padded: Labels, middle: npt.NDArray[np.floating], theta: FloatArray, steps: FloatArray) -> Windows:
     """(M, A, S) labels so many steps (S,) from middles (M, 2) in directions (M, A); the padding holds them all."""
+    flat, away, start = padded.reshape(-1), steps.astype(np.float32), middle.astype(np.float32)[:, :, None, None]
     sine, cosine = np.sin(theta).astype(np.float32)[..., None], np.cos(theta).astype(np.float32)[..., None]
-    start, away = middle.astype(np.float32)[:, :, None, None], steps.astype(np.float32)
-    # truncation is floor here: the padding keeps all coordinates positive
-    index = (start[:, 0] + sine * away).astype(np.int32)
-    index *= padded.shape[1]
-    index += (start[:, 1] + cosine * away).astype(np.int32)
-    return np.asarray(padded.reshape(-1).take(index, mode="clip"), np.uint8)
+    found = np.empty((*theta.shape, len(steps)), np.uint8)
+    for block in (slice(k, k + BLOCK) for k in range(0, len(found), BLOCK)):
+        # truncation is floor here: the padding keeps all coordinates positive
+        index = (start[block, 0] + sine[block] * away).astype(np.int32)
+        index *= padded.shape[1]
+        index += (start[block, 1] + cosine[block] * away).astype(np.int32)
+        flat.take(index, mode="clip", out=found[block])
+    return found

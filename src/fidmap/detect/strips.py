@@ -21,7 +21,6 @@ DIRECTIONS = 48
 NEAR = np.arange(-4, 4.01, 0.25)  # cells from the circle: what the raster resolves
 FAR = np.array([-0.6, -0.5, -0.4, -0.3, 0.3, 0.4, 0.5, 0.6])  # radii from the circle: what stands about it
 BESIDE = np.radians(6)  # how far to look beyond a half circle's ends
-BLOCK = 64
 
 
 @dataclass(frozen=True)
@@ -40,5 +39,4 @@ def strips(labels: Labels, centres: FloatArray, facings: FloatArray, reach: Floa
     span = np.where(reach > HALF, np.pi, HALF + BESIDE)
     relative = span[:, None] * ((2 * np.arange(DIRECTIONS) + 1) / DIRECTIONS - 1)
     middle, theta = np.clip(centres, 0, labels.shape) + width, facings[:, None] + relative
-    blocks = [slice(k, k + BLOCK) for k in range(0, max(1, len(centres)), BLOCK)]
-    return Strips(np.concatenate([look(padded, middle[b], theta[b], places) for b in blocks]), relative)
+    return Strips(look(padded, middle, theta, places), relative)

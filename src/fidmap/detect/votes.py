@@ -10,10 +10,10 @@ from fidmap.detect.cells import pad
 from fidmap.model import FloatArray, Label
 
 Image = npt.NDArray[np.uint8]
-Votes = npt.NDArray[np.uint16]
+Votes = npt.NDArray[np.int16]
 Whole = npt.NDArray[np.int32]
 Numbers = npt.NDArray[np.float32]
-VOTE = np.uint16(256)  # what one counts: what is left of it after blurring is still a whole number
+VOTE = np.int16(256)  # what one counts: what is left of it after blurring is still a whole number
 REACH = 0.45
 
 
@@ -26,18 +26,27 @@ def centre_candidates(labels: Image, radius: float, min_votes: float = 0.42) -> 
     margin = int(radius) + 4  # no look-up around a cell of the map needs a bounds check
     padded = pad(labels, margin)
     occupied = mask(padded, Label.OCCUPIED)
-    boundary = cv2.subtract(cv2.dilate(occupied, np.ones((3, 3), np.uint8)), occupied)
-    found = cv2.findNonZero(boundary[margin:-margin, margin:-margin])
-    if found is None:
+    row, column = _boundary(occupied, margin)
+    if len(row) == 0:
         return np.empty((0, 2))
-    column, row = np.asarray(found.reshape(-1, 2).T + margin, np.int32)
     down, right = _towards_occupied(occupied, row, column, radius)
     seen = _free_outside(padded, row, column, down, right)
-    votes = np.zeros(padded.shape, np.uint16)
+    votes = np.zeros(padded.shape, np.int16)
     # so few cells are a radius away from any other that no count overflows
     behind = _flat(padded, row + (radius + 1) * down, column + (radius + 1) * right)
     np.add.at(votes.reshape(-1), behind[seen], VOTE)
     return _peaks(votes[margin:-margin, margin:-margin], radius, min_votes)
+
+
+def _boundary(occupied: Image, margin: int) -> tuple[Whole, Whole]:
+    """Rows and columns (N,) of cells that touch an occupied one and are none, nearer than the margin to no side."""
+    touched = cv2.dilate(occupied, np.ones((3, 3), np.uint8))
+    cv2.subtract(touched, occupied, dst=touched)
+    for side in (touched, touched.T):
+        side[:margin] = side[-margin:] = 0
+    place = np.flatnonzero(touched > 0).astype(np.int32)  # much faster than looking for numbers
+    row, column = np.divmod(place, np.int32(occupied.shape[1]))
+    return row, column
 
 
 def mask(labels: Image, label: Label) -> Image:
@@ -80,10 +89,7 @@ def _peaks(votes: Votes, radius: float, min_votes: float) -> FloatArray:
     highest = cv2.dilate(smooth, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
     # a half ring has about pi * radius boundary cells; a blurred pile of n votes peaks at n / (2 pi sigma^2)
     enough = VOTE * min_votes * np.pi * radius / (2 * np.pi * (sigma**2 + (0.12 * radius) ** 2))
-    strong = cv2.threshold(smooth, enough, 255, cv2.THRESH_BINARY)[1].astype(np.uint8)
-    found = cv2.findNonZero(cv2.bitwise_and(cv2.compare(smooth, highest, cv2.CMP_EQ), strong))
-    if found is None:
-        return np.empty((0, 2))
-    cells = found.reshape(-1, 2)[:, ::-1]
-    order = np.argsort(-smooth[cells[:, 0], cells[:, 1]].astype(np.int64), kind="stable")
-    return np.asarray(cells[order] + 0.5, np.float64)
+    peaks = (smooth == highest) & (smooth > np.int16(enough))
+    found = np.flatnonzero(peaks)
+    order = np.argsort(-smooth.reshape(-1)[found].astype(np.int64), kind="stable")
+    return np.column_stack(np.divmod(found[order], smooth.shape[1])) + 0.5

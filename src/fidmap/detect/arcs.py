@@ -20,7 +20,7 @@ from fidmap.detect.polar import Windower
 from fidmap.model import FloatArray
 
 HALF = np.pi / 2
-LEAST_SPOTTED = 0.02
+LEAST_SPOTTED = 0.01
 LEAST_JUDGED = 0.01
 PLAIN = 0.9  # who is as sure as this needs no second look
 

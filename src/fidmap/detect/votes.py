@@ -14,10 +14,10 @@ Votes = npt.NDArray[np.int16]
 Whole = npt.NDArray[np.int32]
 Numbers = npt.NDArray[np.float32]
 VOTE = np.int16(256)  # what one counts: what is left of it after blurring is still a whole number
-REACH = 0.45
+REACH = 0.28
 
 
-def centre_candidates(labels: Image, radius: float, min_votes: float = 0.42) -> FloatArray:
+def centre_candidates(labels: Image, radius: float, min_votes: float = 0.5) -> FloatArray:
     """Places that at least a share `min_votes` of a half ring's boundary votes for.
 
     labels: (H, W) of `Label`; radius in cells. Returns (N, 2) (row, column) continuous cell coordinates, most

@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from fidmap.detect import find_barrel_parts
 from fidmap.detect.arcs import Arcs, suppress
 from fidmap.detect.cells import BandCells, band_cells
+from fidmap.detect.coarse import coarser
+from fidmap.detect.votes import centre_candidates
 from fidmap.model import Label, TrinaryGrid
 
 
@@ -86,3 +89,21 @@ def test_an_arc_drawn_too_small_is_drawn_all_the_same() -> None:
 
     assert part.confidence > 0.5
     assert math.degrees(part.drawn) > 160
+
+
+@pytest.mark.parametrize("shape", [(6, 9), (7, 5), (2, 10)])
+def test_coarser_cells_are_occupied_if_any_is_else_free_if_any_is(shape: tuple[int, int]) -> None:
+    labels = np.random.default_rng(0).choice(list(Label), shape, p=[0.2, 0.7, 0.1]).astype(np.uint8)
+
+    def one(block: npt.NDArray[np.uint8]) -> Label:
+        return next((label for label in (Label.OCCUPIED, Label.FREE) if (block == label).any()), Label.UNKNOWN)
+
+    blocks = [[one(labels[r : r + 3, c : c + 3]) for c in range(0, shape[1], 3)] for r in range(0, shape[0], 3)]
+    assert coarser(labels, 3).tolist() == blocks
+    assert coarser(labels, 1) is labels
+
+
+def test_a_hatched_map_is_searched_no_longer_than_others() -> None:
+    """Every cell of it gets as many votes as its neighbours along the hatching."""
+    labels = np.tile(np.array([Label.FREE, Label.UNKNOWN, Label.OCCUPIED], np.uint8), (300, 100))
+    assert len(centre_candidates(labels, 2.4)) <= 300

@@ -84,12 +84,19 @@ def _free_outside(labels: Image, row: Whole, column: Whole, down: Numbers, right
 def _peaks(votes: Votes, radius: float, min_votes: float) -> FloatArray:
     """Local maxima of the smoothed votes, as continuous cell coordinates."""
     sigma = max(1.0, 0.14 * radius)
-    smooth = cv2.GaussianBlur(votes, (0, 0), sigma)
+    smooth = np.asarray(cv2.GaussianBlur(votes, (0, 0), sigma), np.int16)
     reach = max(1, round(REACH * radius))
     highest = cv2.dilate(smooth, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
     # a half ring has about pi * radius boundary cells; a blurred pile of n votes peaks at n / (2 pi sigma^2)
     enough = VOTE * min_votes * np.pi * radius / (2 * np.pi * (sigma**2 + (0.12 * radius) ** 2))
-    peaks = (smooth == highest) & (smooth > np.int16(enough))
-    found = np.flatnonzero(peaks)
+    found = np.flatnonzero((smooth == highest) & (smooth > np.int16(enough)))
+    found = _firsts(smooth.reshape(-1), found, smooth.shape[1])
     order = np.argsort(-smooth.reshape(-1)[found].astype(np.int64), kind="stable")
     return np.column_stack(np.divmod(found[order], smooth.shape[1])) + 0.5
+
+
+def _firsts(flat: Votes, peaks: npt.NDArray[np.intp], width: int) -> npt.NDArray[np.intp]:
+    """Of cells with as many votes as their neighbours the first: hatched maps have votes as even as they are wide."""
+    before = peaks[:, None] - np.array([1, width - 1, width, width + 1])
+    even = (before >= 0) & (flat[np.maximum(before, 0)] == flat[peaks, None])
+    return np.asarray(peaks[~even.any(axis=1)])

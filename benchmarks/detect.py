@@ -42,9 +42,9 @@ Goals in brackets.
 """
 LADDER = """The same mazes, drives, poses and mappers in four sizes of cells, R = 0.30 m. Truth is where a map draws a
 part: the circle through the points that beams hit, where the map still shows them, weighed by what the mapper
-remembers (docs/decisions, 0037). Beside it, the same detections against the mean of all scans of a part, on which the
-detector was trained, and how far that mean lies from the truth. The raster is what is left of a half circle's centre
-by a noise-free one.
+remembers (docs/decisions, 0037). Beside it, the same detections against the mean of all scans of a part, and how far
+that mean lies from the truth; the detector learned from both. The raster is what is left of a half circle's centre by
+a noise-free one.
 """
 PEERS = """The other tools' F1 is at the confidence that is best in hindsight, tier by tier, which flatters them. All
 but the templates give no facing, so their centres are compared alone. Milliseconds are of one thread's CPU.

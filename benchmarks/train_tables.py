@@ -16,9 +16,10 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.counting import NEAR_ANGLE, DrawnPart
+from benchmarks.detect_maps import drawn_part
 from benchmarks.slam_challenge import read_drawn_parts, real_data_root
 from fidmap.detect import half_circles
-from fidmap.detect.arcs import difference, spotted
+from fidmap.detect.arcs import Arcs, difference, spotted
 from fidmap.detect.coarse import coarser, factor
 from fidmap.detect.fits import circles
 from fidmap.detect.measure import sizes
@@ -31,11 +32,10 @@ from fidmap.maps import read_map
 from fidmap.model import FloatArray, Label, TrinaryGrid
 from fidmap.synth.poses import Tier
 from fidmap.synth.suite import case_rng, make_case, random_spec
-from fidmap.synth.truth import PartTruth
 
 SEED = 1
 SUITES: dict[Tier, int] = {"clean": 223, "noisy": 416, "broken": 419, "office": 434, "field": 314, "exact": 60}
-FINE: dict[Tier, int] = {"clean": 300, "noisy": 330, "broken": 120, "field": 120}  # in cells of 2 to 2.5 cm
+FINE: dict[Tier, int] = {"clean": 700, "noisy": 830, "broken": 120, "field": 120}  # in cells of 2 to 2.5 cm
 FIRST_FINE = 5000  # their first index
 IDEAL = 400
 A2 = (28, 29, 30, 31, 32, 33, 34, 35, 36, 54, 55, 57, 58, 59, 68, 69)
@@ -46,10 +46,14 @@ Table = tuple[npt.NDArray[np.generic], ...]
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """A map with what it draws; `number` seeds whatever is drawn at random from it."""
+    """A map with what it draws; `number` seeds whatever is drawn at random from it.
+
+    shown: its parts where it shows them. parts: the same where its scans put them on average, where that is known.
+    """
 
     grid: TrinaryGrid
     radius_m: float
+    shown: tuple[DrawnPart, ...]
     parts: tuple[DrawnPart, ...]
     number: int
 
@@ -99,17 +103,10 @@ def _make_map(job: tuple[Tier, int, Path]) -> None:
     if tier == "exact":  # what drawings by hand and simulators without noise look like
         spec = replace(spec, laser=replace(spec.laser, noise_m=0.0, mixed=0.0, skew=0.0, tilt=0.0))
     case = make_case(rng, spec, tier=tier)
-    parts = tuple(voted_part(truth) for truth in case.truths)
-    drawn = Drawn(trinarize(case.grid), case.arena.arena.radius_m, parts, int(rng.integers(2**31)))
+    shown = tuple(drawn_part(truth) for truth in case.truths)
+    voted = tuple(replace(p, x_m=t.voted_x_m, y_m=t.voted_y_m) for p, t in zip(shown, case.truths, strict=True))
+    drawn = Drawn(trinarize(case.grid), case.arena.arena.radius_m, shown, voted, int(rng.integers(2**31)))
     path.write_bytes(pickle.dumps(drawn))
-
-
-def voted_part(truth: PartTruth) -> DrawnPart:
-    """An artificial map's truth in the words of the real maps', where its scans put it on average.
-
-    What smears and erasing leave open is to be learned as doubt: docs/decisions, 0037.
-    """
-    return DrawnPart(truth.id, truth.voted_x_m, truth.voted_y_m, truth.drawn_facing, truth.drawn, tuple(truth.copies))
 
 
 def ideal_drawing(number: int) -> Drawn:
@@ -139,7 +136,7 @@ def ideal_drawing(number: int) -> Drawn:
         DrawnPart(str(n), float(place[0]) * 0.3 / radius, float(place[1]) * 0.3 / radius, facing, "yes", ())
         for n, (place, facing) in enumerate(arcs)
     ]
-    return Drawn(TrinaryGrid(labels, 0.3 / radius), 0.3, tuple(parts), number)
+    return Drawn(TrinaryGrid(labels, 0.3 / radius), 0.3, tuple(parts), tuple(parts), number)
 
 
 def _fill(labels: npt.NDArray[np.uint8], place: FloatArray, facing: float | None, radius: float) -> None:
@@ -159,10 +156,8 @@ def _curve(place: FloatArray, facing: float | None, radius: float) -> FloatArray
 def real_maps() -> list[Drawn]:
     """Run A2."""
     folder = real_data_root() / "slam_challenge"
-    return [
-        Drawn(trinarize(read_map(folder / "maps" / f"m{n}.yaml")), 0.3, tuple(read_drawn_parts(folder, f"m{n}")), n)
-        for n in A2
-    ]
+    parts = {n: read_drawn_parts(folder, f"m{n}") for n in A2}
+    return [Drawn(trinarize(read_map(folder / "maps" / f"m{n}.yaml")), 0.3, parts[n], parts[n], n) for n in A2]
 
 
 def tables(make, paths: Sequence[Path], copies: int, worn: int) -> list[npt.NDArray[np.generic]]:  # type: ignore[no-untyped-def]
@@ -197,7 +192,7 @@ def judge_table(drawn: Drawn) -> Table:
     """Windows (M, A, steps) of half circles as `spotted` finds them, labels (M,), targets (M, 4), radii (M,)."""
     random = np.random.default_rng(drawn.number + 1)
     windower, drawn = _coarse(drawn.worn(random))
-    arcs = spotted(windower, centre_candidates(drawn.grid.labels, windower.radius), least=0.015)
+    arcs = spotted(windower, centre_candidates(drawn.grid.labels, windower.radius), least=0.0075)
     arcs = arcs.take(_few(np.arange(len(arcs.sure)), random))
     centres = np.concatenate(
         [arcs.centres, arcs.centres + random.normal(0, 0.05 * windower.radius, arcs.centres.shape)]
@@ -211,7 +206,8 @@ def judge_table(drawn: Drawn) -> Table:
 def vote_table(drawn: Drawn) -> Table:
     """Strips (K, D, S), directions (K, D), sizes (K, 4), confidences (K,) of a map's arcs, and what is to be learned.
 
-    That is what is left to their centres (K, 2) in cells, NaN where they are no parts. Last, the map's first arc (K,).
+    That is what is left to their centres (K, 2, 2) in cells, where the map shows them and where its scans put them, NaN
+    where they are no parts. Last, the map's first arc (K,).
     """
     random = np.random.default_rng(drawn.number + 2)
     drawn = drawn.worn(random) if random.random() < 0.3 else drawn
@@ -219,17 +215,23 @@ def vote_table(drawn: Drawn) -> Table:
     arcs = arcs.take(arcs.sure >= 0.1)
     at = circles(drawn.grid.labels, arcs, drawn.radius).centres
     at = at + random.normal(0, 0.1, at.shape)
+    left = np.stack([_left(drawn, parts, arcs, at) for parts in (drawn.shown, drawn.parts)], axis=1)
+    seen = strips(drawn.grid.labels, at, arcs.facings, arcs.reach, drawn.radius)
+    first = np.arange(len(at)) == 0
+    return seen.labels, seen.relative, sizes(arcs, drawn.radius, drawn.grid.resolution_m), arcs.sure, left, first
+
+
+def _left(drawn: Drawn, parts: Iterable[DrawnPart], arcs: Arcs, at: FloatArray) -> FloatArray:
+    """What is left from places (K, 2) to the parts of the arcs there, along their facings and across, in cells."""
     left = np.full(at.shape, np.nan)
-    for part in _yes(drawn.parts):
+    for part in _yes(parts):
         away = drawn.place(part.x_m, part.y_m) - at  # type: ignore[arg-type]
         turned = np.abs(_turn(part, drawn, arcs.facings))
         fits = (np.hypot(*away.T) < 0.5 * drawn.radius) & (turned < NEAR_ANGLE)
         if fits.any():
             k = int(np.argmax(np.where(fits, arcs.sure, -1)))
             left[k] = np.stack(_along(away[k], arcs.facings[k]))
-    seen = strips(drawn.grid.labels, at, arcs.facings, arcs.reach, drawn.radius)
-    first = np.arange(len(at)) == 0
-    return seen.labels, seen.relative, sizes(arcs, drawn.radius, drawn.grid.resolution_m), arcs.sure, left, first
+    return left
 
 
 def label(

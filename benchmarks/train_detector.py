@@ -223,8 +223,10 @@ def train_vote(columns: list[Tensor]) -> nn.Module:
     An error is what is left to where the map shows the part and, counting as much, to where its scans put it: what
     programs and people call the place where a map draws a part lies between the two.
 
-    How much to doubt is learned again on a fifth of the maps that the rest has not seen: on its own maps it is surer.
-    There run A2 counts several times, being all that is known of real maps; it stands last in the table.
+    How much to doubt is learned again, from the scans alone, which lie farther off: what smears and erasing leave open
+    is doubt that real maps have too. That is on a fifth of the maps that the rest has not seen, since a network is
+    surer on its own maps than it may be, and on run A2 several times over, all that is known of real maps; it stands
+    last in the table.
     """
     labels, relative, sizes, sure, left, first = columns
     begins = torch.nonzero(first)[:, 0]
@@ -232,25 +234,25 @@ def train_vote(columns: list[Tensor]) -> nn.Module:
     unseen = torch.arange(len(maps)) // FOLD % 5 == 0  # a map's copies follow each other
     net = Vote()
 
-    def loss(rows: Tensor, _: bool) -> Tensor:
+    def loss(goals: Tensor, rows: Tensor) -> Tensor:
         arcs = [torch.arange(*maps[k].tolist()) for k in rows]
         which = torch.repeat_interleave(torch.arange(len(arcs)), torch.tensor([len(a) for a in arcs]))
         a = torch.cat(arcs)
         answer = net(labels[a], relative[a], sizes[a], sure[a], which)
-        known = torch.isfinite(left[a, :, 0])
-        squares = ((left[a] - answer[:, None, :2])[known] ** 2).sum(1) / 2
-        log_sigma = answer[:, 2:].expand(-1, 2)[known]
+        known = torch.isfinite(goals[a, :, 0])
+        squares = ((goals[a] - answer[:, None, :2])[known] ** 2).sum(1) / 2
+        log_sigma = answer[:, 2:].expand_as(known)[known]
         return (squares / torch.exp(2 * log_sigma) + 2 * log_sigma).mean()
 
     def some(rows: Tensor):  # type: ignore[no-untyped-def]
         return lambda g: rows[torch.randperm(len(rows), generator=g)]
 
-    train(net, loss, some(torch.nonzero(~unseen)[:, 0]), 45, 1e-3, rate=3e-3, batch=16)
+    train(net, lambda rows, _: loss(left, rows), some(torch.nonzero(~unseen)[:, 0]), 45, 1e-3, rate=3e-3, batch=16)
     for name, values in net.named_parameters():
         values.requires_grad = name.startswith("doubt")
     real = torch.arange(len(maps))[-VOTE_COPIES * len(A2) :]
     rows = torch.cat([torch.nonzero(unseen)[:, 0], real.repeat(REAL)])
-    return train(net, loss, some(rows), 20, 1e-2, rate=3e-3, batch=16)
+    return train(net, lambda rows, _: loss(left[:, 1:], rows), some(rows), 20, 1e-2, rate=3e-3, batch=16)
 
 
 def keep(name: str, net: nn.Module) -> None:

@@ -17,7 +17,7 @@ VOTE = np.int16(256)  # what one counts: what is left of it after blurring is st
 REACH = 0.28
 
 
-def centre_candidates(labels: Image, radius: float, min_votes: float = 0.5) -> FloatArray:
+def centre_candidates(labels: Image, radius: float, min_votes: float = 0.42) -> FloatArray:
     """Places that at least a share `min_votes` of a half ring's boundary votes for.
 
     labels: (H, W) of `Label`; radius in cells. Returns (N, 2) (row, column) continuous cell coordinates, most

@@ -47,8 +47,8 @@ class Band:
 
 def circles(labels: Labels, arcs: Arcs, radius: float) -> Circles:
     """Fit every arc by the cells of a narrow band around it; radius in cells."""
-    narrow, wide = max(1.6, 0.15 * radius), max(2.5, 0.35 * radius)
-    near = band_cells(labels, arcs.centres, radius, wide + 1.5)
+    narrow = max(1.6, 0.15 * radius)
+    near = band_cells(labels, arcs.centres, radius, 2 * narrow)  # centres may move by as much
     reach = np.maximum(arcs.reach - np.radians(2), np.radians(60))
     centres = arcs.centres
     for _ in range(ROUNDS):

@@ -14,7 +14,7 @@ Votes = npt.NDArray[np.int16]
 Whole = npt.NDArray[np.int32]
 Numbers = npt.NDArray[np.float32]
 VOTE = np.int16(256)  # what one counts: what is left of it after blurring is still a whole number
-REACH = 0.28
+REACH = 0.35
 
 
 def centre_candidates(labels: Image, radius: float, min_votes: float = 0.42) -> FloatArray:

@@ -40,6 +40,10 @@ detection. F1 at confidence 0.5, AP (not interpolated) over all maps of a tier. 
 `fidmap synth suite`, seed {SEED}, with radii of 0.12 to 0.45 m (0.30 m in six of ten) and all mappers.
 Goals in brackets.
 """
+PRECISION = """Of the true detections; sigma is honest where its two figures are 1 (mean and median of the squared error
+over the variance it states). It was learned from where a part's scans put it, which lies farther off than what a map
+shows of it and is truth here, so it is rather too careful (docs/decisions, 0037).
+"""
 LADDER = """The same mazes, drives, poses and mappers in four sizes of cells, R = 0.30 m. Truth is where a map draws a
 part: the circle through the points that beams hit, where the map still shows them, weighed by what the mapper
 remembers (docs/decisions, 0037). Beside it, the same detections against the mean of all scans of a part, and how far
@@ -110,10 +114,7 @@ def attempts(jobs: Sequence[Job]) -> list[Tried]:
 def _accuracy(groups: detect_tables.Groups, tried: Sequence[Tried]) -> str:
     artificial = [t for name in detect_tables.TIERS for t in groups.get(name, [])]
     text = f"## Barrel parts found\n\n{RULE}\n{detect_tables.tier_table(groups)}\n"
-    text += (
-        "Of the true detections; sigma is honest where its two figures are 1 (mean and median of the squared error\n"
-    )
-    text += f"over the variance it states).\n\n{detect_tables.precision_table(groups)}\n"
+    text += f"{PRECISION}\n{detect_tables.precision_table(groups)}\n"
     text += f"### By resolution\n\n{LADDER}\n{detect_tables.resolution_table(tried)}\n"
     text += f"### What confidence is worth\n\n{detect_tables.calibration_table(artificial, groups.get('R2', []))}\n"
     return text

@@ -23,8 +23,6 @@ from fidmap.synth.truth import PartTruth
 SEED = 3000
 LEAST_DRAWN = math.radians(120) - 1e-9
 WINDOW = 3.0  # radii around a fault that its picture shows
-
-
 Truths = dict[str, PartTruth]
 
 

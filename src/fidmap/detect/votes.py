@@ -32,14 +32,14 @@ def centre_candidates(labels: Image, radius: float, min_votes: float = 0.42) -> 
     down, right = _towards_occupied(occupied, row, column, radius)
     seen = _free_outside(padded, row, column, down, right)
     votes = np.zeros(padded.shape, np.int16)
-    # so few cells are a radius away from any other that no count overflows
+    # at most 96 cells lie a radius (below 11) and one away from another: no count reaches the 127 that fit
     behind = _flat(padded, row + (radius + 1) * down, column + (radius + 1) * right)
     np.add.at(votes.reshape(-1), behind[seen], VOTE)
     return _peaks(votes[margin:-margin, margin:-margin], radius, min_votes)
 
 
 def _boundary(occupied: Image, margin: int) -> tuple[Whole, Whole]:
-    """Rows and columns (N,) of cells that touch an occupied one and are none, nearer than the margin to no side."""
+    """Rows and columns (N,) of the cells that touch an occupied one and are none, but for the margin's own."""
     touched = cv2.dilate(occupied, np.ones((3, 3), np.uint8))
     cv2.subtract(touched, occupied, dst=touched)
     for side in (touched, touched.T):
@@ -97,6 +97,7 @@ def _peaks(votes: Votes, radius: float, min_votes: float) -> FloatArray:
 
 def _firsts(flat: Votes, peaks: npt.NDArray[np.intp], width: int) -> npt.NDArray[np.intp]:
     """Of cells with as many votes as their neighbours the first: hatched maps have votes as even as they are wide."""
+    # left and above; beyond the left edge that is the end of the row above, which is no neighbour and hardly as even
     before = peaks[:, None] - np.array([1, width - 1, width, width + 1])
     even = (before >= 0) & (flat[np.maximum(before, 0)] == flat[peaks, None])
     return np.asarray(peaks[~even.any(axis=1)])

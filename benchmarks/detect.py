@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks import detect_speed, detect_tables, peer_env
+from benchmarks import detect_ladder, detect_speed, detect_tables, peer_env
 from benchmarks.detect_maps import SEED, Job, Tried, attempt, died
 from benchmarks.detect_speed import RESOLUTION_M, Speed
 from benchmarks.page import PAGE, write_section
@@ -31,7 +31,6 @@ from fidmap.synth.suite import CaseSpec, Split, case_rng, make_case
 
 FULL = {"clean": 40, "noisy": 40, "broken": 40, "large": 6, "office": 40, "field": 40}
 QUICK = {"clean": 6, "noisy": 6, "broken": 6, "large": 0, "office": 6, "field": 6}
-RESOLUTIONS_M, BY_RESOLUTION = (0.02, 0.025, 0.05, 0.10), 20_000  # and the index of the first maze mapped in all
 IMAGES = PAGE.parent / "images"
 RADIUS_CELLS = 0.3 / RESOLUTION_M
 RULE = f"""Parts that a map draws, found one to one within 0.15 m and 60 degrees of facing, by confidence; parts drawn
@@ -43,12 +42,6 @@ Goals in brackets.
 PRECISION = """Of the true detections; sigma is honest where its two figures are 1 (mean and median of the squared error
 over the variance it states). It was learned from where a part's scans put it, which lies farther off than what a map
 shows of it and is truth here, so it is rather too careful (docs/decisions, 0037).
-"""
-LADDER = """The same mazes, drives, poses and mappers in four sizes of cells, R = 0.30 m. Truth is where a map draws a
-part: the circle through the points that beams hit, where the map still shows them, weighed by what the mapper
-remembers (docs/decisions, 0037). Beside it, the same detections against the mean of all scans of a part, and how far
-that mean lies from the truth; the detector learned from both. The raster is what is left of a half circle's centre by
-a noise-free one.
 """
 PEERS = """The other tools' F1 is at the confidence that is best in hindsight, tier by tier, which flatters them. All
 but the templates give no facing, so their centres are compared alone. Milliseconds are of one thread's CPU.
@@ -63,13 +56,13 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         jobs = (
-            _jobs(QUICK, None, "tune") + _ladder(1, "tune")
+            _jobs(QUICK, None, "tune") + detect_ladder.jobs(1, "tune")
             if quick
-            else _jobs(FULL, folder, "test") + _ladder(10, "test")
+            else _jobs(FULL, folder, "test") + detect_ladder.jobs(10, "test")
         )
         tried = attempts(jobs)
         groups = detect_tables.groups_of(tried)
-        text = _accuracy(groups, tried)
+        text = _accuracy(groups, tried, None if quick else IMAGES / "detect-centres.svg")
         if not quick:
             text += _beside_peers(groups, folder)
             text += _pictures(groups)
@@ -94,12 +87,6 @@ def _jobs(numbers: dict[str, int], folder: Path | None, split: Split) -> list[Jo
     return jobs
 
 
-def _ladder(mazes: int, split: Split) -> list[Job]:
-    """The same mazes at every resolution."""
-    at = [(tier, r, k) for tier in ("clean", "noisy") for r in RESOLUTIONS_M for k in range(mazes)]
-    return [Job(tier, BY_RESOLUTION + k, resolution_m=r, split=split) for tier, r, k in at]
-
-
 def attempts(jobs: Sequence[Job]) -> list[Tried]:
     """All maps, on two processes of one thread each."""
     os.environ.update(dict.fromkeys(detect_speed.THREADS, "1"))
@@ -111,11 +98,11 @@ def attempts(jobs: Sequence[Job]) -> list[Tried]:
     return found
 
 
-def _accuracy(groups: detect_tables.Groups, tried: Sequence[Tried]) -> str:
+def _accuracy(groups: detect_tables.Groups, tried: Sequence[Tried], picture: Path | None) -> str:
     artificial = [t for name in detect_tables.TIERS for t in groups.get(name, [])]
     text = f"## Barrel parts found\n\n{RULE}\n{detect_tables.tier_table(groups)}\n"
     text += f"{PRECISION}\n{detect_tables.precision_table(groups)}\n"
-    text += f"### By resolution\n\n{LADDER}\n{detect_tables.resolution_table(tried)}\n"
+    text += detect_ladder.section(tried, picture)
     text += f"### What confidence is worth\n\n{detect_tables.calibration_table(artificial, groups.get('R2', []))}\n"
     return text
 

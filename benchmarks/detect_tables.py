@@ -17,13 +17,6 @@ TIERS = ("clean", "noisy", "broken", "large", "office", "field")
 REAL = {"A2": "real, maze (run A2: tuned on)", "R2": "real, office (run R2)"}
 F1_GOAL = {"clean": 0.98, "noisy": 0.95, "broken": 0.90, "large": 0.98, "A2": 0.97, "R2": 0.90}
 AP_GOAL = {"clean": 0.99, "noisy": 0.96, "broken": 0.91, "large": 0.985}
-F1_COARSE_GOAL = {("clean", 0.10): 0.92, ("noisy", 0.10): 0.82}
-RMSE_GOAL_MM = {
-    "clean": {0.02: 3, 0.025: 4, 0.05: 7, 0.10: 20},
-    "noisy": {0.02: 9, 0.025: 9, 0.05: 13, 0.10: 28},
-}
-# of a noise-free raster half circle
-RASTER_FLOOR_MM = {0.02: 0.7, 0.025: 1.3, 0.05: 4.1, 0.10: 14.9}
 RADIUS_M = 0.30
 Groups = dict[str, list[Tried]]
 
@@ -44,17 +37,17 @@ def tier_table(groups: Groups) -> str:
         usual = rates([t.count for t in maps if t.radius_m == RADIUS_M])
         rows.append(
             [
-                REAL.get(name, name), len(maps), at.drawn, _to_goal(at.f1, F1_GOAL.get(name)),
-                _to_goal(average_precision(counts), AP_GOAL.get(name)), _three(at.precision), _three(at.recall),
-                _three(usual.f1),
+                REAL.get(name, name), len(maps), at.drawn, to_goal(at.f1, F1_GOAL.get(name)),
+                to_goal(average_precision(counts), AP_GOAL.get(name)), three(at.precision), three(at.recall),
+                three(usual.f1),
             ]
         )  # fmt: skip
     head = ["maps", "number", "drawn parts", "F1 (goal)", "AP (goal)", "precision", "recall", "F1 where R = 0.30 m"]
     return table(head, rows)
 
 
-def _to_goal(value: float, goal: float | None) -> str:
-    return _three(value) + ("" if goal is None else f" ({goal:g})")
+def to_goal(value: float, goal: float | None) -> str:
+    return three(value) + ("" if goal is None else f" ({goal:g})")
 
 
 def precision_table(groups: Groups) -> str:
@@ -68,7 +61,7 @@ def precision_table(groups: Groups) -> str:
         milliseconds = 1e9 * sum(t.seconds for t in maps) / sum(t.cells for t in maps)
         rows.append(
             [
-                REAL.get(name, name), _rms_mm(errors), f"{np.percentile(turns, 95):.1f}" if turns else "-",
+                REAL.get(name, name), rms_mm(errors), f"{np.percentile(turns, 95):.1f}" if turns else "-",
                 f"{mean:.2f}", f"{median:.2f}", f"{milliseconds:.0f}",
             ]
         )  # fmt: skip
@@ -92,42 +85,10 @@ def unit_variances(true: Sequence[Verdict]) -> tuple[float, float]:
     return float(np.mean(ratios)), float(np.median(ratios)) / math.log(2)
 
 
-def _rms_mm(errors_m: Sequence[float]) -> str:
+def rms_mm(errors_m: Sequence[float]) -> str:
     if not errors_m:
         return "-"
     return f"{1000 * math.sqrt(np.mean(np.square(errors_m))):.1f} ({1000 * np.median(errors_m):.1f})"
-
-
-def resolution_table(tried: Sequence[Tried]) -> str:
-    """The same mazes, drives and mappers by the side of a cell, with barrels of 0.30 m."""
-    rows = []
-    for name, resolution in sorted({(t.job.group, r) for t in tried if (r := t.job.resolution_m) is not None}):
-        maps = [t for t in tried if t.job.group == name and t.job.resolution_m == resolution]
-        counts = [t.count for t in maps]
-        at = rates(counts)
-        away = [_from_votes(v, t) for t in maps for v in sure([t])]
-        found, truth = ([pair[k] for pair in away] for k in (0, 1))
-        rows.append(
-            [
-                name, f"{resolution:g}", len(maps), at.drawn, _to_goal(at.f1, F1_COARSE_GOAL.get((name, resolution))),
-                _three(average_precision(counts)), _rms_mm([v.error_m for v in sure(maps)]),
-                RMSE_GOAL_MM[name][resolution], _rms_mm(found), _rms_mm(truth), RASTER_FLOOR_MM[resolution],
-            ]
-        )  # fmt: skip
-    head = [
-        "tier", "cell, m", "maps", "drawn parts", "F1", "AP", "centre RMSE (median), mm", "goal, mm",
-        "to the scans' mean, mm", "truth to it, mm", "raster, mm",
-    ]  # fmt: skip
-    return table(head, rows)
-
-
-def _from_votes(verdict: Verdict, tried: Tried) -> tuple[float, float]:
-    """How far a true detection, and the truth, lie from where the scans put its part on average; metres."""
-    assert verdict.part is not None
-    truth, found = tried.truths[verdict.part.id], verdict.detection
-    mean = np.array([truth.voted_x_m, truth.voted_y_m], float)
-    place = np.array([truth.drawn_x_m, truth.drawn_y_m], float)
-    return float(np.hypot(*(mean - [found.x_m, found.y_m]))), float(np.hypot(*(mean - place)))
 
 
 def peer_table(groups: Groups, answers: Answers) -> str:
@@ -135,13 +96,13 @@ def peer_table(groups: Groups, answers: Answers) -> str:
     ours: list[object] = ["fidmap"]
     ours += [_score([t.count for t in maps], 0.5) for maps in groups.values()]
     everything = [t for name in TIERS for t in groups.get(name, [])]
-    rows = [[*ours, _rms_mm([v.error_m for v in sure(everything)]), _speed(groups, lambda t: t.seconds)]]
+    rows = [[*ours, rms_mm([v.error_m for v in sure(everything)]), _speed(groups, lambda t: t.seconds)]]
     for tool, of in answers.items():
         counts = {name: [counted(of[t.name], t) for t in maps] for name, maps in groups.items()}
         at = {name: best_confidence(found) for name, found in counts.items()}
         errors = [e for name in TIERS for c in counts.get(name, []) for e in c.above(at[name]).errors_m]
         cells: list[object] = [_score(found, at[name]) for name, found in counts.items()]
-        rows.append([tool, *cells, _rms_mm(errors), _speed(groups, lambda t, of=of: of[t.name].seconds)])  # type: ignore[misc]
+        rows.append([tool, *cells, rms_mm(errors), _speed(groups, lambda t, of=of: of[t.name].seconds)])  # type: ignore[misc]
     head = ["tool", *(f"{name} F1/AP" for name in groups), "centre RMSE (median), mm", "ms per Mcell, large"]
     return table(head, rows)
 
@@ -202,5 +163,5 @@ def _share(value: float) -> str:
     return "-" if math.isnan(value) else f"{value:.2f}"
 
 
-def _three(value: float) -> str:
+def three(value: float) -> str:
     return "-" if math.isnan(value) else f"{value:.3f}"

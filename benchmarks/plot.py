@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 
 from fidmap.report.svg import tag, text
@@ -33,6 +35,22 @@ def write_lines(path: Path, curves: Sequence[tuple[str, str, Sequence[Point]]], 
     _write(path, content)
 
 
+def write_points(
+    path: Path, curves: Sequence[tuple[str, str, Sequence[Point], Sequence[Point]]], across: str, up: str
+) -> None:
+    """Two lengths from 0 against each other, one curve per (name, colour, points, goals); goals are hollow squares."""
+    right, top = (5 * math.ceil(max(p[k] for _, _, *both in curves for p in chain(*both)) / 5) for k in (0, 1))
+    content = _axes(across, up, right, top)
+    for name, colour, points, goals in curves:
+        content += _curve([(_x(x / right), _y(y / top), 2.5) for x, y in points], colour)
+        content += [
+            tag("rect", x=_x(x / right) - 4, y=_y(y / top) - 4, width=8, height=8, fill="none", stroke=colour)
+            for x, y in goals
+        ]
+        content.append(text(name, EDGE + SIDE + 3, _y(points[-1][1] / top) + 4, 11, fill=colour))
+    _write(path, content)
+
+
 def _curve(points: Sequence[tuple[float, float, float]], colour: str) -> list[str]:
     """A line through (x, y, size of dot)."""
     line = " ".join(f"{x:.1f},{y:.1f}" for x, y, _ in points)
@@ -50,8 +68,8 @@ def _write(path: Path, content: list[str]) -> None:
     path.write_text(drawing + "\n", encoding="utf-8")
 
 
-def _axes(across: str, up: str, most: float) -> list[str]:
-    """Frame and labels: x from 0 to `most`, y from 0 to 1."""
+def _axes(across: str, up: str, most: float, top: float = 1.0) -> list[str]:
+    """Frame and labels: x from 0 to `most`, y from 0 to `top`."""
     parts = [
         tag("rect", x=EDGE, y=EDGE, width=SIDE, height=SIDE, fill="none", stroke="#888"),
         text(across, EDGE + SIDE / 2, EDGE + SIDE + 32, 12, text_anchor="middle"),
@@ -59,7 +77,7 @@ def _axes(across: str, up: str, most: float) -> list[str]:
     ]
     for value in (0.0, 0.5, 1.0):
         parts.append(text(f"{value * most:.2g}", _x(value), EDGE + SIDE + 15, 11, text_anchor="middle"))
-        parts.append(text(f"{value:g}", EDGE - 5, _y(value) + 4, 11, text_anchor="end"))
+        parts.append(text(f"{value * top:g}", EDGE - 5, _y(value) + 4, 11, text_anchor="end"))
     return parts
 
 

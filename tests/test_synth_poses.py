@@ -97,3 +97,14 @@ def test_a_trajectory_keeps_its_distances():
     assert np.abs(step[:, 2]).max() <= TURN_PER_SCAN + 1e-9
     inside = np.mod(poses[:, :2] / 1.2, 1) * 1.2
     assert not (np.minimum(inside, 1.2 - inside) < 0.3).all(axis=1).any()
+
+
+def test_half_the_faults_are_half_as_far_off():
+    """With the same random numbers each pose lies half as far from the truth; as many faults, in the same scans."""
+    noise = PoseNoise(jitter_m=0.02, jitter_yaw=0.01, sway_m=0.03, sway_yaw=0.01, shifts=1, shift_m=0.5)
+
+    whole, half = (estimated_poses(LINE, n, np.random.default_rng(6)) - LINE for n in (noise, noise.times(0.5)))
+
+    assert half == pytest.approx(whole / 2)
+    assert noise.times(0.5).shifts == 1
+    assert noise.times(0.5).memory == noise.memory

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Literal
 
 import numpy as np
@@ -39,6 +39,11 @@ class PoseNoise:
     shift_m: float = 0.0
     shift_yaw: float = 0.0
     shift_share: float = 0.2
+
+    def times(self, factor: float) -> PoseNoise:
+        """The same faults, as many of them, with every length and angle so many times as large."""
+        sized = [f.name for f in fields(self) if f.name.endswith(("_m", "_yaw", "_scale"))]
+        return replace(self, **{name: factor * getattr(self, name) for name in sized})
 
 
 def tier_noise(tier: Tier, rng: np.random.Generator) -> PoseNoise:

@@ -7,7 +7,7 @@ import json
 import math
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -50,15 +50,19 @@ class Answer:
 Answers = dict[str, dict[str, Answer]]
 
 
-def ask(folder: Path, maps: Sequence[tuple[str, float]], fast_only: Sequence[str] = ()) -> Answers:
+def ask(folder: Path, maps: Sequence[tuple[str, float]], timed: Mapping[str, int] | None = None) -> Answers:
     """Run all tools on the maps saved in a folder; the answers by tool and map.
 
     Args:
         folder: holds NAME.npy of each map.
         maps: names, and radii in cells.
-        fast_only: maps that only HoughCircles gets, for its speed.
+        timed: maps that only HoughCircles gets, for its speed, and how many times.
     """
-    rows = [{"name": name, "radius": radius, "tools": [HOUGH] if name in fast_only else None} for name, radius in maps]
+    timed = timed or {}
+    rows = [
+        {"name": name, "radius": radius, "tools": [HOUGH] if name in timed else None, "runs": timed.get(name, 1)}
+        for name, radius in maps
+    ]
     (folder / "maps.json").write_text(json.dumps(rows), encoding="utf-8")
     subprocess.run([set_up(), ROOT / "benchmarks" / "peers.py", folder], check=True)
     raw = json.loads((folder / "peers.json").read_text(encoding="utf-8"))

@@ -33,8 +33,9 @@ def centres(votes: Votes, sure: FloatArray) -> Centres:
     held, held_map, alike = np.exp(weights()["vote"]["prior"].astype(np.float64))
     towards = np.stack([np.cos(votes.relative), np.sin(votes.relative)], axis=2)
     pull = votes.weight * votes.outward
-    shift = np.einsum("ka,kai,kaj->kij", votes.weight, towards, towards) + held * np.eye(2)
-    to_shift = np.einsum("ka,kai->ki", votes.weight, towards)
+    weighed = votes.weight[..., None] * towards
+    shift = weighed.transpose(0, 2, 1) @ towards + held * np.eye(2)
+    to_shift = weighed.sum(axis=1)
     pulled = np.einsum("ka,kai->ki", pull, towards)
     inverse = np.linalg.inv(shift)
     turned = np.einsum("kij,kj->ki", inverse, to_shift)

@@ -72,36 +72,61 @@ def _first(layer: Weights, windows: Windows, radius: float) -> SingleArray:
 
 def dense(x: SingleArray, weight: SingleArray, bias: SingleArray) -> SingleArray:
     """A layer over the last axis, negative answers cut off."""
-    flat = x.reshape(-1, x.shape[-1]) @ weight.T
-    flat += bias
-    np.maximum(flat, 0, out=flat)
-    return flat.reshape(*x.shape[:-1], len(weight))
+    found = times(x, weight)
+    found += bias
+    np.maximum(found, 0, out=found)
+    return found
+
+
+def times(x: SingleArray, weight: SingleArray) -> SingleArray:
+    """The product over the last axis, as one instead of one for each of the first."""
+    return (x.reshape(-1, x.shape[-1]) @ weight.T).reshape(*x.shape[:-1], len(weight))
 
 
 def _around(x: SingleArray, dilation: int, stride: int = 1) -> SingleArray:
-    """(M, A/stride, 5 C): each angle with its two neighbours to both sides, around the circle."""
-    count, reach = x.shape[1], 2 * dilation
-    around = np.concatenate([x[:, -reach:], x, x[:, :reach]], axis=1)
-    return np.concatenate([around[:, k * dilation : k * dilation + count : stride] for k in range(5)], axis=2)
+    """(M, A/stride, 5, C): each angle with its two neighbours to both sides, around the circle."""
+    angles = np.arange(0, x.shape[1], stride)[:, None] + dilation * np.arange(-2, 3)
+    return np.asarray(x.take(angles % x.shape[1], axis=1))
+
+
+def _joined(x: SingleArray) -> SingleArray:
+    """The last two axes as one."""
+    return x.reshape(*x.shape[:-2], x.shape[-2] * x.shape[-1])
 
 
 def _spot(windows: Windows, radius: float) -> SingleArray:
     layer = weights()["spot"]
     x = _first(layer, windows, radius)
     for k, dilation in enumerate(DILATIONS):
-        x = dense(_around(x, dilation), layer[f"c.{k}.weight"], layer[f"c.{k}.bias"])
-    return x @ layer["out.weight"].T + layer["out.bias"]
+        x = dense(_joined(_around(x, dilation)), layer[f"c.{k}.weight"], layer[f"c.{k}.bias"])
+    return times(x, layer["out.weight"]) + layer["out.bias"]
 
 
 def _judge(windows: Windows, radius: float) -> SingleArray:
-    x = _first(weights()["judge"], windows, radius)
-    return np.asarray((_judged(x) + MIRRORED * _judged(np.roll(x[:, ::-1], 1, axis=1))) / 2, np.float32)
+    """The mean of what is made of windows and of their mirror images, whose angles see their neighbours swapped."""
+    layer, mirror = weights()["judge"], _mirror()
+    x = _around(_first(layer, windows, radius), 1, stride=2)
+    x = dense(_joined(x), mirror["both.weight"], mirror["both.bias"])
+    plain, mirrored = np.split(x, 2, axis=2)
+    return np.asarray((_judged(plain, layer) + MIRRORED * _judged(mirrored, mirror)) / 2, np.float32)
 
 
-def _judged(x: SingleArray) -> SingleArray:
-    """What the judge makes of (M, A, C) angles seen."""
-    layer = weights()["judge"]
-    for name in ("c1", "c2"):
-        x = dense(_around(x, 1, stride=2), layer[f"{name}.weight"], layer[f"{name}.bias"])
-    x = dense(x.reshape(len(x), x.shape[1] * x.shape[2]), layer["h.weight"], layer["h.bias"])
+def _judged(x: SingleArray, layer: Weights) -> SingleArray:
+    """What the judge makes of (M, A, C) after its first convolution."""
+    x = dense(_joined(_around(x, 1, stride=2)), layer["c2.weight"], layer["c2.bias"])
+    x = dense(_joined(x), layer["h.weight"], layer["h.bias"])
     return x @ layer["out.weight"].T + layer["out.bias"]
+
+
+@cache
+def _mirror() -> Weights:
+    """The judge's layers for mirror images whose angles stay in order; `both`: its first convolution, both ways."""
+    layer = weights()["judge"]
+    first, second = (layer[name].reshape(len(layer[name]), 5, -1) for name in ("c1.weight", "c2.weight"))
+    last = layer["h.weight"].reshape(len(layer["h.weight"]), -1, len(second))
+    return layer | {
+        "both.weight": np.concatenate([layer["c1.weight"], _joined(first[:, ::-1])]),
+        "both.bias": np.tile(layer["c1.bias"], 2),
+        "c2.weight": _joined(second[:, ::-1]),
+        "h.weight": _joined(np.roll(last[:, ::-1], 1, axis=1)),
+    }

@@ -39,7 +39,8 @@ class Windower:
 def look(padded: Labels, middle: npt.NDArray[np.floating], theta: FloatArray, steps: FloatArray) -> Windows:
     """(M, A, S) labels so many steps (S,) from middles (M, 2) in directions (M, A); the padding holds them all."""
     flat, away, start = padded.reshape(-1), steps.astype(np.float32), middle.astype(np.float32)[:, :, None, None]
-    sine, cosine = np.sin(theta).astype(np.float32)[..., None], np.cos(theta).astype(np.float32)[..., None]
+    angle = theta.astype(np.float32)[..., None]
+    sine, cosine = np.sin(angle), np.cos(angle)
     found = np.empty((*theta.shape, len(steps)), np.uint8)
     for block in (slice(k, k + BLOCK) for k in range(0, len(found), BLOCK)):
         # truncation is floor here: the padding keeps all coordinates positive

@@ -15,6 +15,7 @@ Whole = npt.NDArray[np.int32]
 Numbers = npt.NDArray[np.float32]
 VOTE = np.int16(256)  # what one counts: what is left of it after blurring is still a whole number
 REACH = 0.35
+FINE = 100  # steps of a blurred map between a byte's
 
 
 def centre_candidates(labels: Image, radius: float, min_votes: float = 0.42) -> FloatArray:
@@ -63,10 +64,12 @@ def _flat(image: Image, row: Numbers | FloatArray, column: Numbers | FloatArray)
 def _towards_occupied(occupied: Image, row: Whole, column: Whole, radius: float) -> tuple[Numbers, Numbers]:
     """Unit vectors, rows and columns (N,), from the boundary cells into the obstacle: the blurred map's gradient."""
     sigma = min(max(0.17 * radius, 0.9), 2.5)
-    blurred = cv2.GaussianBlur(occupied, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE)
+    # twice as fast as GaussianBlur, whose arithmetic for bytes is exact, and finer
+    kernel = cv2.getGaussianKernel(2 * round(3 * sigma) + 1, sigma, cv2.CV_32F)
+    blurred = cv2.sepFilter2D(occupied, cv2.CV_16S, kernel, FINE * kernel, borderType=cv2.BORDER_REPLICATE)
     place, wide = row * np.int32(occupied.shape[1]) + column, occupied.shape[1]
     above, below, after, before = (
-        blurred.reshape(-1)[place + step].astype(np.float32) for step in (wide, -wide, 1, -1)
+        blurred.reshape(-1).take(place + step).astype(np.float32) for step in (wide, -wide, 1, -1)
     )
     down, right = above - below, after - before
     length = np.maximum(np.sqrt(down * down + right * right), np.float32(1e-9))
@@ -75,10 +78,13 @@ def _towards_occupied(occupied: Image, row: Whole, column: Whole, radius: float)
 
 def _free_outside(labels: Image, row: Whole, column: Whole, down: Numbers, right: Numbers) -> npt.NDArray[np.bool_]:
     """Whether the map is free at the boundary cell or up to two cells further out (grey ramps lie between)."""
-    flat, seen = labels.reshape(-1), np.zeros(len(row), bool)
-    for step in (0, 1, 2):
-        seen |= flat[_flat(labels, row - step * down, column - step * right)] == Label.FREE
-    return seen
+    flat = labels.reshape(-1)
+    seen = flat.take(row * np.int32(labels.shape[1]) + column) == Label.FREE
+    for step in (1, 2):
+        other = np.flatnonzero(~seen)
+        beyond = row[other] - step * down[other], column[other] - step * right[other]
+        seen[other] = flat.take(_flat(labels, *beyond)) == Label.FREE
+    return np.asarray(seen)
 
 
 def _peaks(votes: Votes, radius: float, min_votes: float) -> FloatArray:

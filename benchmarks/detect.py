@@ -62,7 +62,7 @@ def main() -> int:
         jobs = (
             _jobs(QUICK, None, "tune") + detect_ladder.jobs(1, "tune")
             if quick
-            else _jobs(FULL, folder, "test") + detect_ladder.jobs(10, "test")
+            else _jobs(FULL, folder, "test") + detect_ladder.jobs(24, "test")
         )
         tried = attempts(jobs)
         groups = detect_tables.groups_of(tried)

@@ -110,7 +110,7 @@ def _write_picture(path: Path, rungs: dict[Rung, list[Tried]]) -> None:
             if r == resolution
         ]
         goals = [(floor, float(RMSE_GOAL_MM[tier][resolution])) for tier, floor in GOAL_FLOOR_MM.items()]
-        curves.append((f"{resolution:g} m", colour, sorted(points), goals))
+        curves.append((f"{100 * resolution:g} cm", colour, sorted(points), goals))
     write_points(path, curves, "floor of the poses, mm", "centre RMSE, mm, by cell; squares: goals")
 
 

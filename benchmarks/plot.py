@@ -10,6 +10,7 @@ from pathlib import Path
 from fidmap.report.svg import tag, text
 
 SIDE, EDGE = 260, 40
+LINE = 13  # between names
 Row = tuple[int, float, float]
 Point = tuple[float, float]
 
@@ -38,16 +39,21 @@ def write_lines(path: Path, curves: Sequence[tuple[str, str, Sequence[Point]]], 
 def write_points(
     path: Path, curves: Sequence[tuple[str, str, Sequence[Point], Sequence[Point]]], across: str, up: str
 ) -> None:
-    """Two lengths from 0 against each other, one curve per (name, colour, points, goals); goals are hollow squares."""
+    """Two lengths from 0 against each other, one curve per (name, colour, points, goals); goals are hollow squares.
+
+    Curves come lowest first; each has its name at its right end.
+    """
     right, top = (5 * math.ceil(max(p[k] for _, _, *both in curves for p in chain(*both)) / 5) for k in (0, 1))
     content = _axes(across, up, right, top)
+    lowest = _y(0) + LINE
     for name, colour, points, goals in curves:
         content += _curve([(_x(x / right), _y(y / top), 2.5) for x, y in points], colour)
         content += [
             tag("rect", x=_x(x / right) - 4, y=_y(y / top) - 4, width=8, height=8, fill="none", stroke=colour)
             for x, y in goals
         ]
-        content.append(text(name, EDGE + SIDE + 3, _y(points[-1][1] / top) + 4, 11, fill=colour))
+        lowest = min(lowest - LINE, _y(points[-1][1] / top))
+        content.append(text(name, EDGE + SIDE + 3, lowest + 4, 11, fill=colour))
     _write(path, content)
 
 

@@ -120,7 +120,7 @@ def _beside_peers(groups: detect_tables.Groups, folder: Path) -> str:
     answers = peer_env.ask(folder, maps, {name: detect_speed.runs(side) for side, name in sides.items()})
     hough = {side: answers[peer_env.HOUGH][name].seconds for side, name in sides.items()}
     text = f"### Beside other tools\n\n{PEERS}\n{detect_tables.peer_table(groups, answers)}\n"
-    return text + f"### Speed\n\n{SPEED}\n\n{detect_tables.speed_table(ours, hough)}\n"
+    return text + f"### Speed\n\n{SPEED}\n{detect_tables.speed_table(ours, hough)}\n"
 
 
 def speed(folder: Path) -> Speed:

@@ -52,8 +52,9 @@ def to_goal(value: float, goal: float | None) -> str:
 
 def precision_table(groups: Groups) -> str:
     """How exact the true detections are, and what they say of themselves."""
+    artificial = [t for name in TIERS for t in groups.get(name, [])]
     rows = []
-    for name, maps in groups.items():
+    for name, maps in (*groups.items(), ("all artificial", artificial)):
         true = sure(maps)
         errors = [v.error_m for v in true]
         turns = [math.degrees(v.turn) for v in true if v.turn is not None]

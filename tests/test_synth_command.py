@@ -89,6 +89,31 @@ def test_one_map_as_asked_for(tmp_path):
     assert truth["mapper"]["kind"] == "hits"
 
 
+def test_without_pose_errors_scans_put_every_part_where_it_stands(tmp_path):
+    """The same arena and scans as with them; only the poses are others."""
+    truths = []
+    for times in (1, 0):
+        assert run("map", "--seed", 3, "--tier", "noisy", "--pose-errors", times, tmp_path / str(times))[0] == 0
+        truths.append(json.loads((tmp_path / str(times) / "truth.json").read_text()))
+    x, y, yaw = truths[0]["arena_in_map"]
+    c, s = math.cos(math.radians(yaw)), math.sin(math.radians(yaw))
+
+    off = [
+        [
+            math.hypot(
+                x + c * p["x_m"] - s * p["y_m"] - p["voted_x_m"], y + s * p["x_m"] + c * p["y_m"] - p["voted_y_m"]
+            )
+            for p in truth["parts"]
+            if p["voted_x_m"] is not None
+        ]
+        for truth in truths
+    ]
+
+    assert [truth["pose_errors"] for truth in truths] == [1.0, 0.0]
+    assert max(off[0]) > 0.01
+    assert max(off[1]) < 1e-4
+
+
 @pytest.mark.parametrize("tier", ["clean", "office", "field"])
 def test_an_arena_can_be_read(tmp_path, tier):
     """Mazes, offices and fields."""
@@ -103,6 +128,10 @@ def test_wrong_usage_and_bad_places(tmp_path):
     code, stdout, stderr = run("map", "--seed", 1, "--mapper", "gmapping", tmp_path)
     assert (code, stdout) == (2, "")
     assert "--mapper gmapping: expected one of log_odds, thin, hits" in stderr
+
+    code, stdout, stderr = run("map", "--seed", 1, "--pose-errors", -1, tmp_path)
+    assert (code, stdout) == (2, "")
+    assert "--pose-errors -1.0: expected 0 (true poses) to 10 times" in stderr
 
     code, stdout, stderr = run("map", "--seed", 1, "--tier", "field", tmp_path / "taken")
     assert (code, stdout) == (1, "")

@@ -78,6 +78,9 @@ def one_map(
         float | None, typer.Option("--resolution", metavar="M_PER_CELL", help="Side of a cell.")
     ] = None,
     radius: Radius = None,
+    pose_errors: Annotated[
+        float, typer.Option("--pose-errors", metavar="TIMES", help="What the tier's errors of poses are multiplied by.")
+    ] = 1.0,
 ) -> None:
     """One map with its arena and its truth in DIR; what is not given is drawn at random."""
     from fidmap.study.artificial import SynthJob
@@ -87,9 +90,12 @@ def one_map(
         raise usage(f"--mapper {mapper}: expected one of {', '.join(MAPPERS)}")
     if resolution is not None and not 0.005 <= resolution <= 0.25:
         raise usage(f"--resolution {resolution}: expected 0.005 to 0.25 metres")
+    if not 0 <= pose_errors <= 10:
+        raise usage(f"--pose-errors {pose_errors}: expected 0 (true poses) to 10 times those of the tier")
     _check_radius(radius)
     job = SynthJob(
-        folder, split.value, seed, tier.value, mapper=mapper, resolution_m=resolution, radius_m=radius
+        folder, split.value, seed, tier.value, mapper=mapper, resolution_m=resolution, radius_m=radius,
+        pose_errors=pose_errors,
     )  # fmt: skip
     _run([job], 1)
 

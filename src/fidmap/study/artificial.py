@@ -24,7 +24,10 @@ MAP, ARENA, TRUTH = "map", "arena.yaml", "truth.json"
 
 @dataclass(frozen=True)
 class SynthJob:
-    """Make one case and write it to `folder`; None leaves what is drawn at random."""
+    """Make one case and write it to `folder`; None leaves what is drawn at random.
+
+    pose_errors: what those of the tier are multiplied by.
+    """
 
     folder: Path
     split: Split
@@ -34,6 +37,7 @@ class SynthJob:
     mapper: str | None = None
     resolution_m: float | None = None
     radius_m: float | None = None
+    pose_errors: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -79,7 +83,7 @@ def _chosen(spec: CaseSpec, job: SynthJob) -> CaseSpec:
         spec = replace(spec, resolution_m=job.resolution_m)
     if job.radius_m is not None:
         spec = with_radius(spec, job.radius_m)
-    return spec
+    return replace(spec, noise=spec.noise.times(job.pose_errors))
 
 
 def truth_document(case: SynthCase, job: SynthJob) -> Document:
@@ -93,6 +97,7 @@ def truth_document(case: SynthCase, job: SynthJob) -> Document:
         "seed": job.seed,
         "tier": case.tier,
         "index": job.index,
+        "pose_errors": job.pose_errors,
         "mapper": {"kind": mapper.kind, "output": mapper.output, "thicken": mapper.thicken, "every": mapper.every},
         "resolution_m": case.spec.resolution_m,
         "radius_m": round(case.arena.arena.radius_m, 6),

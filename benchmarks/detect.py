@@ -49,8 +49,9 @@ Each was tuned by hand over some ten settings on 24 maps of the tune split: more
 templates above all.
 """
 
-SPEED = """One map tiled to squares, cells of 2 cm; the least time of 40 searches, or of 5 where there are more than a
-million cells. The squares are dense with walls, as maps of the large tier above (1500 to 4000 cells a side) are not.
+SPEED = """One map tiled to squares, cells of 2 cm; the least time of 60 searches in four processes, or of 8 where there
+are more than a million cells; HoughCircles' least of as many. The squares are dense with walls, as maps of the large
+tier above (1500 to 4000 cells a side) are not.
 """
 
 
@@ -117,7 +118,8 @@ def _beside_peers(groups: detect_tables.Groups, folder: Path) -> str:
     sides = {side: detect_speed.name_of(side) for side in ours.seconds}
     maps = [(t.name, t.radius_m / t.resolution_m) for found in groups.values() for t in found]
     maps += [(name, RADIUS_CELLS) for name in sides.values()]
-    answers = peer_env.ask(folder, maps, {name: detect_speed.runs(side) for side, name in sides.items()})
+    timed = {name: detect_speed.ROUNDS * detect_speed.runs(side) for side, name in sides.items()}
+    answers = peer_env.ask(folder, maps, timed)
     hough = {side: answers[peer_env.HOUGH][name].seconds for side, name in sides.items()}
     text = f"### Beside other tools\n\n{PEERS}\n{detect_tables.peer_table(groups, answers)}\n"
     return text + f"### Speed\n\n{SPEED}\n{detect_tables.speed_table(ours, hough)}\n"

@@ -17,7 +17,7 @@ from fidmap.synth.suite import Split
 
 RESOLUTIONS_M = (0.02, 0.025, 0.05, 0.10)
 FIRST = 20_000  # index of the first maze
-# what a tier's pose errors are multiplied by; the last of each, chosen on the tune split, leaves the floor of the goals
+# what a tier's pose errors are multiplied by; the last of each leaves about the floor of the maps of the goals
 POSES = {"clean": (1.0, 0.5), "noisy": (1.0, 0.6, 0.3)}
 GOAL_FLOOR_MM = {"clean": 1.2, "noisy": 5.0}
 F1_GOAL = {("clean", 0.10): 0.92, ("noisy", 0.10): 0.82}
@@ -28,12 +28,13 @@ RMSE_GOAL_MM = {
 RASTER_MM = {0.02: 0.7, 0.025: 1.3, 0.05: 4.1, 0.10: 14.9}  # of a noise-free raster half circle
 COLOURS = {0.02: "#0072b2", 0.025: "#009e73", 0.05: "#d55e00", 0.10: "#cc79a7"}
 TEXT = """The same mazes, drives and mappers in four sizes of cells, R = 0.30 m, with a tier's errors of the poses and
-with smaller ones. Truth is where a map draws a part: the circle through the points that beams hit, where the map still
-shows them, weighed by what the mapper remembers. Somebody else may call the mean of what all its scans say the truth;
-the detector learned from both (docs/decisions, 0037). No map tells which of the two is meant, so what lies between
-them is what the poses alone leave open, their floor; the raster's is what is left of a half circle's centre by a
-noise-free one. The goals were set on maps with a floor of 1.2 mm (clean) and 5 mm (noisy), which the rows with the
-smallest pose errors have; a tier as `fidmap synth suite` makes it has twice as much and more.
+with smaller ones (`fidmap synth map --pose-errors`). Truth is where a map draws a part: the circle through the points
+that beams hit, where the map still shows them, weighed by what the mapper remembers. Somebody else may call the mean of
+what all its scans say the truth; the detector learned from both (docs/decisions, 0037). No map tells which of the two
+is meant, so what lies between them is what the poses alone leave open, their floor; the raster's is what is left of a
+half circle's centre by a noise-free one. The goals were set on other maps, whose poses are said to leave 1.2 mm (clean)
+and 5 mm (noisy): what compares with these are the rows with the smallest pose errors, whose factors were chosen on the
+tune split for their floor alone. A tier as `fidmap synth suite` makes it has twice as much and more.
 """
 PICTURE = "![Centre errors over the floor of the poses](images/detect-centres.svg)\n"
 Rung = tuple[str, float, float]

@@ -50,7 +50,7 @@ class Answer:
 Answers = dict[str, dict[str, Answer]]
 
 
-def ask(folder: Path, maps: Sequence[tuple[str, float]], timed: Mapping[str, int] | None = None) -> Answers:
+def ask(folder: Path, maps: Sequence[tuple[str, float]], timed: Mapping[str, int]) -> Answers:
     """Run all tools on the maps saved in a folder; the answers by tool and map.
 
     Args:
@@ -58,7 +58,6 @@ def ask(folder: Path, maps: Sequence[tuple[str, float]], timed: Mapping[str, int
         maps: names, and radii in cells.
         timed: maps that only HoughCircles gets, for its speed, and how many times.
     """
-    timed = timed or {}
     rows = [
         {"name": name, "radius": radius, "tools": [HOUGH] if name in timed else None, "runs": timed.get(name, 1)}
         for name, radius in maps

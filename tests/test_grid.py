@@ -96,3 +96,12 @@ def test_there_and_back() -> None:
     pose = Pose2(-12.2, 4.1, 2.2)
 
     assert metres_to_cells(cells_to_metres(cells, 0.05, pose), 0.05, pose) == pytest.approx(cells)
+
+
+def test_labels_are_of_their_maps_type():
+    """What numpy makes of them are maps of bytes, not of integers eight times as wide."""
+    walls = np.array([True, False])
+
+    assert np.where(walls, Label.OCCUPIED, Label.FREE).dtype == np.uint8
+    assert np.full(2, Label.UNKNOWN).dtype == np.uint8
+    assert Label(np.uint8(2)) is Label.OCCUPIED

@@ -11,7 +11,7 @@ Labels = npt.NDArray[np.uint8]
 LEAST_RADIUS = 5.5
 # what this turns labels into, and back again, is in the order in which they win in a block of cells, unknown, free,
 # occupied: a thin or ragged arc must not drown in the free space around it
-FLIP = np.uint8(Label.UNKNOWN)
+FLIP = Label.UNKNOWN
 
 
 def factor(radius: float) -> int:

@@ -251,9 +251,9 @@ def _labels(occupied: Counts, seen: Mask, resolution_m: float) -> npt.NDArray[np
     recorded = np.count_nonzero(blocks & ~wall_blocks) >= np.count_nonzero(wall_blocks)
     closed = cv2.morphologyEx(blocks.view(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)).view(bool)
     if not recorded:
-        return np.where(walls, np.uint8(Label.OCCUPIED), np.uint8(Label.FREE))
+        return np.where(walls, Label.OCCUPIED, Label.FREE)
     rows, columns = occupied.shape
     ground = closed.view(np.uint8).repeat(block, axis=0)[:rows].repeat(block, axis=1)[:, :columns]
-    labels = np.where(ground, np.uint8(Label.FREE), np.uint8(Label.UNKNOWN))
-    np.copyto(labels, np.uint8(Label.OCCUPIED), where=walls)
+    labels = np.where(ground, Label.FREE, Label.UNKNOWN)
+    np.copyto(labels, Label.OCCUPIED, where=walls)
     return labels

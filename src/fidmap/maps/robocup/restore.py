@@ -41,7 +41,7 @@ def _restored(cells: Bytes, gap: int) -> Bytes:
     covered = cv2.morphologyEx(covered, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)) & (1 - wall)
     walls = wall | _bridges(wall, covered, gap)
     shown = (covered | walls) == 0
-    result = np.where(walls, np.uint8(Label.OCCUPIED), np.uint8(Label.FREE))
+    result = np.where(walls, Label.OCCUPIED, Label.FREE)
     result[shown] = cells[shown]
     left = (covered & (1 - walls)).astype(bool)
     if left.any() and shown.any():

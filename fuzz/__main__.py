@@ -40,7 +40,13 @@ def main() -> int:
     tally: dict[str, Counter[str]] = {}
     faults: list[str] = []
     with tempfile.TemporaryDirectory() as folder:
-        names = [s.name for s in seeds(Path(folder)) if not words or any(w.lower() in s.name.lower() for w in words)]
+        everything = [seed.name for seed in seeds(Path(folder))]
+        names = [name for name in everything if not words or any(word.lower() in name.lower() for word in words)]
+        if not names:
+            sys.stderr.write(
+                f"no kind of file has {' or '.join(words)} in its name; there are {', '.join(everything)}\n"
+            )
+            return 2
         worker = Worker(Path(folder))
         end = time.monotonic() + seconds
         for name, number in inputs(names, begin):

@@ -67,6 +67,8 @@ def test_a_table_without_rows_has_no_parts(tmp_path: Path) -> None:
     ("text", "told"),
     [
         ("", "is empty, expected a points file with a first line x_m,y_m"),
+        (",,\n", "is empty, expected a points file with a first line x_m,y_m"),
+        ('""\n;\n', "is empty, expected a points file with a first line x_m,y_m"),
         (b"\xff\xfe", "line 1: not UTF-8 text, expected a points file"),
         ("x_m,z\n", "column 'y_m' is missing; unknown column 'z', known are x_m, y_m, n, facing_deg, "
          "drawn_deg, sigma_m, confidence, part, id"),

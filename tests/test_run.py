@@ -28,6 +28,13 @@ def test_unknown_words_show_the_usage(words: tuple[str, ...]) -> None:
     assert "make_picture" in result.stderr
 
 
+def test_fuzzing_names_the_kinds_of_files_when_it_knows_none_of_the_words() -> None:
+    """It used to look for inputs for ever."""
+    result = run("fuzz", "1", "--help")
+    assert (result.returncode, result.stdout) == (2, "")
+    assert result.stderr.startswith("no kind of file has --help in its name; there are map_server YAML, PGM, ")
+
+
 def test_the_exit_code_is_that_of_the_command() -> None:
     assert run("fidmap", "--version").stdout.startswith("fidmap ")
     assert run("fidmap", "score", "x.yaml").returncode == 2

@@ -54,14 +54,14 @@ def read_table(
     """
     text, _ = read_text(path, what, error)
     header = next((line for line in text.splitlines() if line.strip()), "")
-    if not header:
-        expected = f"expected {what} with a first line {','.join(required)}"
-        raise error(one_sentence(path, [f"is empty, {expected}"]))
     separator = max(";\t,", key=header.count)
     try:
         lines = _lines(text, separator)
     except csv.Error as fault:
         raise error(one_sentence(path, [f"not CSV: {fault}"])) from None
+    if not lines:
+        expected = f"expected {what} with a first line {','.join(required)}"
+        raise error(one_sentence(path, [f"is empty, {expected}"]))
     columns = tuple(cell.lower() for cell in lines[0][1])
     rows = tuple(Row(line, dict(zip(columns, cells, strict=False))) for line, cells in lines[1:])
     if len(rows) > ROWS_MAX:

@@ -48,7 +48,6 @@ but the templates give no facing, so their centres are compared alone. Milliseco
 Each was tuned by hand over some ten settings on 24 maps of the tune split: more patience would better them, the
 templates above all.
 """
-
 SPEED = """One map tiled to squares, cells of 2 cm; the least time of 60 searches in four processes, or of 8 where there
 are more than a million cells; HoughCircles' least of as many. The squares are dense with walls, as maps of the large
 tier above (1500 to 4000 cells a side) are not.

@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.counting import Verdict, average_precision, rates
 from benchmarks.detect_maps import Job, Tried
-from benchmarks.detect_tables import rms_mm, sure, three, to_goal, unit_variances
+from benchmarks.detect_tables import rms_and_median, rms_mm, sure, three, to_goal, unit_variances
 from benchmarks.page import table
 from benchmarks.plot import write_points
 from fidmap.synth.suite import Split
@@ -18,7 +18,7 @@ from fidmap.synth.suite import Split
 RESOLUTIONS_M = (0.02, 0.025, 0.05, 0.10)
 FIRST = 20_000  # index of the first maze
 # what a tier's pose errors are multiplied by; the last of each leaves about the floor of the maps of the goals
-POSES = {"clean": (1.0, 0.5), "noisy": (1.0, 0.6, 0.3)}
+POSE_ERRORS = {"clean": (1.0, 0.5), "noisy": (1.0, 0.6, 0.3)}
 GOAL_FLOOR_MM = {"clean": 1.2, "noisy": 5.0}
 F1_GOAL = {("clean", 0.10): 0.92, ("noisy", 0.10): 0.82}
 RMSE_GOAL_MM = {
@@ -42,8 +42,8 @@ Rung = tuple[str, float, float]
 
 def jobs(mazes: int, split: Split) -> list[Job]:
     """The same mazes at every resolution, with all errors of their poses."""
-    rungs = [(tier, k, r) for tier, factors in POSES.items() for k in factors for r in RESOLUTIONS_M]
-    return [Job(t, FIRST + n, resolution_m=r, poses=k, split=split) for t, k, r in rungs for n in range(mazes)]
+    rungs = [(tier, k, r) for tier, factors in POSE_ERRORS.items() for k in factors for r in RESOLUTIONS_M]
+    return [Job(t, FIRST + n, resolution_m=r, pose_errors=k, split=split) for t, k, r in rungs for n in range(mazes)]
 
 
 def section(tried: Sequence[Tried], picture: Path | None) -> str:
@@ -61,7 +61,7 @@ def _rungs(tried: Sequence[Tried]) -> dict[Rung, list[Tried]]:
     made = [t for t in tried if t.job.resolution_m is not None]
 
     def key(t: Tried) -> Rung:
-        return t.job.group, -t.job.poses, t.resolution_m
+        return t.job.group, -t.job.pose_errors, t.resolution_m
 
     return {(tier, -less, r): list(maps) for (tier, less, r), maps in groupby(sorted(made, key=key), key)}
 
@@ -76,8 +76,8 @@ def _table(rungs: dict[Rung, list[Tried]]) -> str:
             [
                 tier, f"{poses:g}", f"{resolution:g}", len(maps), at.drawn,
                 to_goal(at.f1, F1_GOAL.get((tier, resolution))), three(average_precision(counts)),
-                rms_mm([v.error_m for v in true]), RMSE_GOAL_MM[tier][resolution], rms_mm(found),
-                f"{unit_variances(true)[0]:.2f}", rms_mm(floor), RASTER_MM[resolution],
+                rms_and_median([v.error_m for v in true]), RMSE_GOAL_MM[tier][resolution], rms_and_median(found),
+                f"{unit_variances(true)[0]:.2f}", rms_and_median(floor), RASTER_MM[resolution],
             ]
         )  # fmt: skip
     head = [
@@ -106,14 +106,10 @@ def _write_picture(path: Path, rungs: dict[Rung, list[Tried]]) -> None:
     curves = []
     for resolution, colour in COLOURS.items():
         points = [
-            (_rms(_from_scans(maps)[1]), _rms([v.error_m for v in sure(maps)]))
+            (rms_mm(_from_scans(maps)[1]), rms_mm([v.error_m for v in sure(maps)]))
             for (_, _, r), maps in rungs.items()
             if r == resolution
         ]
         goals = [(floor, float(RMSE_GOAL_MM[tier][resolution])) for tier, floor in GOAL_FLOOR_MM.items()]
         curves.append((f"{100 * resolution:g} cm", colour, sorted(points), goals))
     write_points(path, curves, "floor of the poses, mm", "centre RMSE, mm, by cell; squares: goals")
-
-
-def _rms(errors_m: Sequence[float]) -> float:
-    return float(1000 * np.sqrt(np.mean(np.square(errors_m))))

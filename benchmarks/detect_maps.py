@@ -31,14 +31,14 @@ class Job:
     """An artificial map (tier and index of a split) or a real one (its name); labels go to `folder`.
 
     resolution_m: None draws it at random, and the radius; else barrels of 0.30 m in cells of this side, so that maps
-    of one index differ by their cells alone. poses: what the errors of all poses are multiplied by.
+    of one index differ by their cells alone. pose_errors: what those of the tier are multiplied by.
     """
 
     group: str
     index: int = 0
     real: str | None = None
     resolution_m: float | None = None
-    poses: float = 1.0
+    pose_errors: float = 1.0
     folder: Path | None = None
     split: Split = "test"
 
@@ -107,8 +107,8 @@ def _artificial(job: Job) -> tuple[TrinaryGrid, float, tuple[DrawnPart, ...], Tr
     rng = case_rng(job.split, SEED, tier, job.index)
     spec, name = random_spec(rng, tier), f"{tier}-{job.index:03d}"
     if job.resolution_m is not None:
-        spec = with_radius(replace(spec, resolution_m=job.resolution_m, noise=spec.noise.times(job.poses)), 0.3)
-        name += f"-{job.resolution_m:g}m-{job.poses:g}"
+        spec = with_radius(replace(spec, resolution_m=job.resolution_m, noise=spec.noise.times(job.pose_errors)), 0.3)
+        name += f"-{job.resolution_m:g}m-{job.pose_errors:g}"
     case = make_case(rng, spec, tier=tier)
     parts = tuple(drawn_part(truth) for truth in case.truths)
     return trinarize(case.grid), case.arena.arena.radius_m, parts, {t.id: t for t in case.truths}, name

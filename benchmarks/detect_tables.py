@@ -62,7 +62,7 @@ def precision_table(groups: Groups) -> str:
         milliseconds = 1e9 * sum(t.seconds for t in maps) / sum(t.cells for t in maps)
         rows.append(
             [
-                REAL.get(name, name), rms_mm(errors), f"{np.percentile(turns, 95):.1f}" if turns else "-",
+                REAL.get(name, name), rms_and_median(errors), f"{np.percentile(turns, 95):.1f}" if turns else "-",
                 f"{mean:.2f}", f"{median:.2f}", f"{milliseconds:.0f}",
             ]
         )  # fmt: skip
@@ -86,10 +86,16 @@ def unit_variances(true: Sequence[Verdict]) -> tuple[float, float]:
     return float(np.mean(ratios)), float(np.median(ratios)) / math.log(2)
 
 
-def rms_mm(errors_m: Sequence[float]) -> str:
+def rms_mm(errors_m: Sequence[float]) -> float:
+    """Root mean square of metres, in millimetres."""
+    return float(1000 * np.sqrt(np.mean(np.square(errors_m))))
+
+
+def rms_and_median(errors_m: Sequence[float]) -> str:
+    """Both in millimetres, the median in brackets."""
     if not errors_m:
         return "-"
-    return f"{1000 * math.sqrt(np.mean(np.square(errors_m))):.1f} ({1000 * np.median(errors_m):.1f})"
+    return f"{rms_mm(errors_m):.1f} ({1000 * np.median(errors_m):.1f})"
 
 
 def peer_table(groups: Groups, answers: Answers) -> str:
@@ -97,13 +103,13 @@ def peer_table(groups: Groups, answers: Answers) -> str:
     ours: list[object] = ["fidmap"]
     ours += [_score([t.count for t in maps], 0.5) for maps in groups.values()]
     everything = [t for name in TIERS for t in groups.get(name, [])]
-    rows = [[*ours, rms_mm([v.error_m for v in sure(everything)]), _speed(groups, lambda t: t.seconds)]]
+    rows = [[*ours, rms_and_median([v.error_m for v in sure(everything)]), _speed(groups, lambda t: t.seconds)]]
     for tool, of in answers.items():
         counts = {name: [counted(of[t.name], t) for t in maps] for name, maps in groups.items()}
         at = {name: best_confidence(found) for name, found in counts.items()}
         errors = [e for name in TIERS for c in counts.get(name, []) for e in c.above(at[name]).errors_m]
         cells: list[object] = [_score(found, at[name]) for name, found in counts.items()]
-        rows.append([tool, *cells, rms_mm(errors), _speed(groups, lambda t, of=of: of[t.name].seconds)])  # type: ignore[misc]
+        rows.append([tool, *cells, rms_and_median(errors), _speed(groups, lambda t, of=of: of[t.name].seconds)])  # type: ignore[misc]
     head = ["tool", *(f"{name} F1/AP" for name in groups), "centre RMSE (median), mm", "ms per Mcell, large"]
     return table(head, rows)
 

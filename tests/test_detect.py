@@ -12,6 +12,7 @@ import pytest
 from fidmap.detect import find_barrel_parts
 from fidmap.detect.cells import BandCells
 from fidmap.detect.measure import drawn_angles
+from fidmap.detect.network import JUDGE_ANGLES, JUDGE_STEPS, MIRRORED, judge
 from fidmap.geometry import angle_between
 from fidmap.grid import cells_to_metres
 from fidmap.model import BarrelPart, Label, Pose2, SettingsError, TrinaryGrid
@@ -255,6 +256,16 @@ def turned(part: BarrelPart) -> BarrelPart:
 def mirrored(part: BarrelPart) -> BarrelPart:
     """Left and right exchanged."""
     return replace(part, x_m=SIDE * R / 12 - part.x_m, facing=math.pi - (part.facing or 0))
+
+
+def test_the_judge_says_of_a_mirror_image_what_it_says_of_the_window() -> None:
+    """With across and turn the other way; angles of the mirror image run backwards from the same facing."""
+    windows = np.random.default_rng(0).integers(0, 3, (40, JUDGE_ANGLES, JUDGE_STEPS)).astype(np.uint8)
+
+    plain, mirror = judge(windows, 8.0), judge(np.roll(windows[:, ::-1], 1, axis=1), 8.0)
+
+    assert mirror == pytest.approx(MIRRORED * plain, abs=1e-4)
+    assert np.abs(plain[:, 2]).max() > 0.01
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.4])

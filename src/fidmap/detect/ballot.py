@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fidmap.detect.network import BATCH, SingleArray, Weights, dense, times, weights
+from fidmap.detect.network import BATCH, SingleArray, Weights, dense, product, weights
 from fidmap.detect.polar import Windows
 from fidmap.detect.strips import Strips
 from fidmap.model import FloatArray, Label
@@ -41,7 +41,7 @@ def vote(strips: Strips, sizes: FloatArray, sure: FloatArray) -> Votes:
     single = sizes.astype(np.float32)
     blocks = [slice(k, k + BATCH) for k in range(0, max(1, len(sure)), BATCH)]
     seen = [_along(layer, strips.labels[b], relative[b], single[b]) for b in blocks]
-    own = np.concatenate([np.tanh(times(x, layer["pool.weight"]) + layer["pool.bias"]).mean(axis=1) for x in seen])
+    own = np.concatenate([np.tanh(product(x, layer["pool.weight"]) + layer["pool.bias"]).mean(axis=1) for x in seen])
     trust = np.where(sure > SURE, sure, 0).astype(np.float32)
     usual = np.broadcast_to(trust @ own / (trust.sum() + 1e-3), own.shape)
     both = np.concatenate([own, usual], axis=1)
@@ -56,7 +56,7 @@ def _along(layer: Weights, labels: Windows, relative: SingleArray, sizes: Single
     """(K, D, C) what each direction shows, with its neighbours; mirrored strips give mirrored answers."""
     weight, steps = layer["inp.weight"], labels.shape[2]
     seen = np.concatenate([labels == Label.OCCUPIED, labels == Label.FREE], axis=2).astype(np.float32)
-    x = times(seen, weight[:, : 2 * steps])
+    x = product(seen, weight[:, : 2 * steps])
     x += (sizes @ weight[:, 2 * steps : -1].T + layer["inp.bias"])[:, None]
     x += relative[..., None] * weight[:, -1]
     np.maximum(x, 0, out=x)
@@ -68,10 +68,10 @@ def _along(layer: Weights, labels: Windows, relative: SingleArray, sizes: Single
 def _said(layer: Weights, seen: SingleArray, both: SingleArray) -> SingleArray:
     """(K, D, 2) how far outwards, and the logarithm of its weight: from what is seen and what arcs look like."""
     weight, count = layer["mid.weight"], seen.shape[2]
-    z = times(seen, weight[:, :count])
+    z = product(seen, weight[:, :count])
     z += (both @ weight[:, count:].T + layer["mid.bias"])[:, None]
     np.maximum(z, 0, out=z)
-    return np.asarray(times(z, layer["out.weight"]) + layer["out.bias"], np.float32)
+    return np.asarray(product(z, layer["out.weight"]) + layer["out.bias"], np.float32)
 
 
 def _beside(x: SingleArray, step: int) -> SingleArray:

@@ -72,13 +72,13 @@ def _first(layer: Weights, windows: Windows, radius: float) -> SingleArray:
 
 def dense(x: SingleArray, weight: SingleArray, bias: SingleArray) -> SingleArray:
     """A layer over the last axis, negative answers cut off."""
-    found = times(x, weight)
+    found = product(x, weight)
     found += bias
     np.maximum(found, 0, out=found)
     return found
 
 
-def times(x: SingleArray, weight: SingleArray) -> SingleArray:
+def product(x: SingleArray, weight: SingleArray) -> SingleArray:
     """The product over the last axis, as one instead of one for each of the first."""
     return (x.reshape(-1, x.shape[-1]) @ weight.T).reshape(*x.shape[:-1], len(weight))
 
@@ -99,7 +99,7 @@ def _spot(windows: Windows, radius: float) -> SingleArray:
     x = _first(layer, windows, radius)
     for k, dilation in enumerate(DILATIONS):
         x = dense(_joined(_around(x, dilation)), layer[f"c.{k}.weight"], layer[f"c.{k}.bias"])
-    return times(x, layer["out.weight"]) + layer["out.bias"]
+    return product(x, layer["out.weight"]) + layer["out.bias"]
 
 
 def _judge(windows: Windows, radius: float) -> SingleArray:

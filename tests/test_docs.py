@@ -19,6 +19,7 @@ import yaml
 from command_line import evening, fidmap
 from fidmap.arena import read_arena
 from fidmap.cli import app
+from fidmap.detect import spread
 from fidmap.profiles import read_profile
 
 ROOT = Path(__file__).parents[1]
@@ -166,6 +167,14 @@ def test_help_works(command: str) -> None:
     result = fidmap(*command.split()[1:], "--help")
     assert result.exit_code == 0
     assert result.stdout.startswith("Usage: ")
+
+
+def test_the_formula_of_resolution_quality_has_the_program_s_numbers() -> None:
+    """They are tuned anew now and then."""
+    text = " ".join((ROOT / "docs" / "metric.md").read_text(encoding="utf-8").split())
+    assert f"m = {spread.TO_DEVIATION:g} (1 + {spread.COARSE:g} / R^2) times" in text
+    assert f"within {spread.BAND:g} R of the ring" in text
+    assert f"m^2 - ({spread.RASTER_SPREAD:g} cells)^2" in text
 
 
 def test_the_version_is_the_same_everywhere() -> None:

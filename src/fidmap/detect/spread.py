@@ -12,10 +12,12 @@ from fidmap.detect.cells import band_cells
 from fidmap.grid import metres_to_cells
 from fidmap.model import BarrelPart, FloatArray, TrinaryGrid
 
-# tuned on artificial maps (tune split): what the raster alone spreads, in cells; and what turns the median of |r - R|
-# into the deviation of the poses, which hit-counting mappers widen
-RASTER_SPREAD = 0.46
-TO_DEVIATION = 1.15
+# tuned on artificial maps (tune split): what the raster alone spreads, in cells; what turns the median of |r - R| into
+# the deviation of the poses, and how much more of it where a radius has few cells (times their side over it, squared):
+# beams that see free space outvote the few hits far from the ring, the larger the cells the more
+RASTER_SPREAD = 0.6
+TO_DEVIATION = 1.12
+COARSE = 1.6
 BAND = 0.9
 
 
@@ -39,7 +41,7 @@ def radial_spreads(
     """Robust radial spread (K,) in cells of the occupied cells about circles (K, 2), beyond what the raster causes.
 
     Of the cells within 0.9 R of the ring and `reach` of the facing, each weighed by 1/r so that rings of all radii
-    count the same: 1.15 times the weighted median of |r - R|, less the raster's own in squares.
+    count the same: the weighted median of |r - R|, scaled to a deviation, less the raster's own in squares.
     """
     cells = band_cells(grid.labels, centres, radius, BAND * radius)
     seen = cells.seen(centres, facings)
@@ -54,5 +56,5 @@ def radial_spreads(
     middle = np.searchsorted(total, (before + np.append(0.0, total)[ends]) / 2)
     spread = np.full(len(centres), BAND * radius)
     some = count > 0
-    spread[some] = TO_DEVIATION * away[order][np.minimum(middle, ends - 1)[some]]
+    spread[some] = TO_DEVIATION * (1 + COARSE / radius**2) * away[order][np.minimum(middle, ends - 1)[some]]
     return np.sqrt(np.maximum(0.0, spread**2 - RASTER_SPREAD**2))

@@ -19,7 +19,8 @@ try:
 except ImportError:
     sys.exit("training needs PyTorch: python3 -m pip --python .venv/bin/python install torch")
 
-from benchmarks.train_tables import A2, judge_table, make_maps, spot_table, tables, vote_table
+from benchmarks.train_maps import A2, make_maps
+from benchmarks.train_tables import judge_table, spot_table, tables, vote_table
 from fidmap.detect import network
 from fidmap.detect.ballot import BOUNDS, SURE
 from fidmap.detect.network import DILATIONS, JUDGE_STEPS, MIRRORED, SPOT_STEPS, USUAL_RADIUS
@@ -29,7 +30,7 @@ TARGET = Path(network.__file__).with_name("network.npz")
 SPOT_WIDTH, JUDGE_WIDTHS, VOTE_WIDTHS = 20, (32, 40, 40, 64), (32, 16, 24)
 PLACES = len(NEAR) + len(FAR)
 FOLD = 50  # maps in a row that a network sees or does not
-VOTE_COPIES, REAL = 2, 8  # of the real maps in the table, and how often each counts where doubt is learned
+VOTE_COPIES, REAL = 2, 16  # of the real maps in the table, and how often each counts where doubt is learned
 EASY = 0.25  # share of the windows without anything near them that a round of `spot` looks at
 TURNED = torch.tensor(MIRRORED[1:])  # along, across, turn, whole
 

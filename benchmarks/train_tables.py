@@ -23,12 +23,13 @@ from fidmap.detect.fits import circles
 from fidmap.detect.measure import sizes
 from fidmap.detect.network import JUDGE_ANGLES, JUDGE_STEPS, SPOT_ANGLES, SPOT_STEPS
 from fidmap.detect.polar import INNERMOST, OUTERMOST, Windower
-from fidmap.detect.strips import strips
+from fidmap.detect.strips import DIRECTIONS, strips
 from fidmap.detect.votes import centre_candidates
 from fidmap.model import FloatArray, Label
 
 MOST_WINDOWS = 300  # per map; more come from a few crowded maps
 BIN = 2 * np.pi / SPOT_ANGLES
+HALF_STEP = np.pi / 2 / DIRECTIONS  # of a half circle's directions
 Table = tuple[npt.NDArray[np.generic], ...]
 
 
@@ -87,8 +88,9 @@ def vote_table(drawn: Drawn) -> Table:
     arcs = arcs.take(arcs.sure >= 0.1)
     at = circles(drawn.grid.labels, arcs, drawn.radius).centres
     at = at + random.normal(0, 0.1, at.shape)
+    arcs = replace(arcs, facings=arcs.facings + random.uniform(-1, 1) * HALF_STEP)
     left = np.stack([_left(drawn, parts, arcs, at) for parts in (drawn.shown, drawn.parts)], axis=1)
-    seen = strips(drawn.grid.labels, at, arcs.facings, arcs.reach, drawn.radius, random.uniform(-1, 1))
+    seen = strips(drawn.grid.labels, at, arcs.facings, arcs.reach, drawn.radius)
     first = np.arange(len(at)) == 0
     return seen.labels, seen.relative, sizes(arcs, drawn.radius, drawn.grid.resolution_m), arcs.sure, left, first
 

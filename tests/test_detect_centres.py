@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fidmap.detect.ballot import Votes, together, vote
+from fidmap.detect.ballot import Votes, vote
 from fidmap.detect.centres import centres
-from fidmap.detect.strips import DIRECTIONS, FAR, NEAR, WIDEST, Strips, row_offsets, strips
+from fidmap.detect.strips import DIRECTIONS, FAR, NEAR, Strips, strips
 from fidmap.model import FloatArray, Label
 
 HALF = np.pi / 2
@@ -44,20 +44,6 @@ def test_directions_cover_a_half_and_a_little_more_or_all_around() -> None:
     assert np.diff(np.append(whole, whole[0] + 2 * np.pi)) == pytest.approx(2 * np.pi / DIRECTIONS)
 
 
-@pytest.mark.parametrize("radius", [2.0, 6.0, 11.0, 15.0, 40.0])
-def test_a_finer_map_is_looked_at_along_more_directions(radius: float) -> None:
-    """As few rows as skip no cell of a half circle; their directions lie evenly between each other's."""
-    labels = np.full((100, 100), Label.FREE, np.uint8)
-    centre, facing, reach = np.full((1, 2), 50.0), np.zeros(1), np.array([HALF])
-
-    rows = [strips(labels, centre, facing, reach, radius, offset) for offset in row_offsets(radius)]
-
-    relative, count = np.sort(np.concatenate([row.relative[0] for row in rows])), len(rows)
-    steps = np.diff(relative) * radius
-    assert steps == pytest.approx(steps[0])
-    assert WIDEST * (count - 1) / count < steps[0] <= WIDEST or count == 1
-
-
 def test_beyond_the_map_nothing_is_known() -> None:
     """From its rim outwards; a centre that a fit has moved out of the map is looked around at the rim."""
     labels = np.full((40, 40), Label.OCCUPIED, np.uint8)
@@ -68,17 +54,6 @@ def test_beyond_the_map_nothing_is_known() -> None:
     outwards = np.abs(at_rim.relative[0]) < np.radians(80)
     assert (at_rim.labels[0, outwards] == Label.UNKNOWN).all()
     assert (outside.labels == at_rim.labels).all()
-
-
-def test_rows_that_say_the_same_say_no_more_than_one() -> None:
-    """Directions between each other's see the same cells: they are no further evidence."""
-    one = votes(np.array([[0.3, -0.2], [0.0, 0.1]]), np.array([0.1, 0.2]))
-    sure = np.array([0.9, 0.8])
-
-    alone, both = centres(one, sure), centres(together([one, one]), sure)
-
-    assert both.shifts == pytest.approx(alone.shifts)
-    assert both.sigma == pytest.approx(alone.sigma)
 
 
 def test_a_mirrored_strip_votes_the_same_mirrored() -> None:

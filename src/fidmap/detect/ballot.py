@@ -5,7 +5,6 @@ Mirrored strips give the same votes, mirrored: a direction sees its neighbours t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,14 +50,6 @@ def vote(strips: Strips, sizes: FloatArray, sure: FloatArray) -> Votes:
     z = np.tanh(z @ layer["doubt.0.weight"].T + layer["doubt.0.bias"])
     widened = np.exp((z @ layer["doubt.2.weight"].T + layer["doubt.2.bias"])[:, 0].astype(np.float64))
     return Votes(said[..., 0], np.exp(np.clip(said[..., 1], *BOUNDS)), strips.relative, widened)
-
-
-def together(votes: Sequence[Votes]) -> Votes:
-    """The votes of several rows of directions, which look at the same arcs, as if they were one row's."""
-    outward, weight, relative = (
-        np.hstack(values) for values in zip(*((v.outward, v.weight, v.relative) for v in votes), strict=True)
-    )
-    return Votes(outward, weight / len(votes), relative, np.mean([v.widened for v in votes], axis=0))
 
 
 def _along(layer: Weights, labels: Windows, relative: SingleArray, sizes: SingleArray) -> SingleArray:

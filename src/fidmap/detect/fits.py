@@ -16,7 +16,7 @@ from fidmap.detect.cells import BandCells, band_cells
 from fidmap.model import FloatArray
 
 Labels = npt.NDArray[np.uint8]
-ROUNDS = 3
+BANDS, ROUNDS = 2, 3  # how often the band's cells are seen anew from the centre found, and weighed anew
 LOOSE = 0.1
 PRIOR = 0.05, 0.04  # what holds a shift and a radius where nothing else does, in cells of evidence
 
@@ -51,7 +51,7 @@ def circles(labels: Labels, arcs: Arcs, radius: float) -> Circles:
     near = band_cells(labels, arcs.centres, radius, 2 * narrow)  # centres may move by as much
     reach = np.maximum(arcs.reach - np.radians(2), np.radians(60))
     centres = arcs.centres
-    for _ in range(ROUNDS):
+    for _ in range(BANDS):
         centres = centres + fit(band(near, centres, arcs.facings, reach, radius), narrow)[0]
     free, offset = fit(band(near, centres, arcs.facings, reach, radius), narrow, free_radius=True)
     return Circles(centres, centres + free, radius + np.clip(offset, -LOOSE * radius, LOOSE * radius), near)

@@ -11,12 +11,12 @@ import numpy as np
 import numpy.typing as npt
 
 from fidmap.detect.arcs import HALF, Arcs
-from fidmap.detect.ballot import together, vote
+from fidmap.detect.ballot import vote
 from fidmap.detect.cells import BandCells
 from fidmap.detect.centres import centres
 from fidmap.detect.fits import circles
 from fidmap.detect.network import USUAL_RADIUS
-from fidmap.detect.strips import row_offsets, strips
+from fidmap.detect.strips import strips
 from fidmap.model import FloatArray
 
 Labels = npt.NDArray[np.uint8]
@@ -53,9 +53,8 @@ def measure(labels: Labels, arcs: Arcs, radius: float, resolution_m: float) -> M
     the shifted one need not: that of the radius, or the one that fits best, whichever shows more.
     """
     seen = circles(labels, arcs, radius)
-    about = sizes(arcs, radius, resolution_m)
-    rows = [strips(labels, seen.centres, arcs.facings, arcs.reach, radius, offset) for offset in row_offsets(radius)]
-    found = centres(together([vote(row, about, arcs.sure) for row in rows]), arcs.sure)
+    along_it = strips(labels, seen.centres, arcs.facings, arcs.reach, radius)
+    found = centres(vote(along_it, sizes(arcs, radius, resolution_m), arcs.sure), arcs.sure)
     s, c = np.sin(arcs.facings), np.cos(arcs.facings)
     along, across = found.shifts.T
     facings = middles(seen.cells, seen.centres, arcs.facings, arcs.reach > HALF, np.full(len(s), radius))

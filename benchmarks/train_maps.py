@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,16 +22,14 @@ from fidmap.synth.poses import Tier
 from fidmap.synth.suite import case_rng, make_case, random_spec
 
 SEED = 1
-FINE, STEADY = (
-    5_000,
-    10_000,
-)  # the first index of maps in cells of 2 to 2.5 cm; and of those, most of them, by better poses
-LOTS: tuple[tuple[int, dict[Tier, int]], ...] = (
-    (0, {"clean": 223, "noisy": 416, "broken": 419, "office": 434, "field": 314, "exact": 60}),
-    (1_000, {"noisy": 300, "broken": 1500, "office": 300}),
-    (FINE, {"clean": 700, "noisy": 830, "broken": 120, "field": 120}),
-    (STEADY, {"clean": 900, "noisy": 900}),
-)
+FINE = 5_000  # from this index on cells are of 2 to 2.5 cm
+STEADY = 10_000  # from this one on, most of them; and poses are better
+LOTS: dict[int, dict[Tier, int]] = {  # how many maps, by their first index
+    0: {"clean": 223, "noisy": 416, "broken": 419, "office": 434, "field": 314, "exact": 60},
+    1_000: {"noisy": 300, "broken": 1500, "office": 300},
+    FINE: {"clean": 700, "noisy": 830, "broken": 120, "field": 120},
+    STEADY: {"clean": 900, "noisy": 900},
+}
 IDEAL = 400
 A2 = (28, 29, 30, 31, 32, 33, 34, 35, 36, 54, 55, 57, 58, 59, 68, 69)
 
@@ -73,10 +72,10 @@ class Drawn:
         return replace(self, grid=replace(self.grid, labels=labels, origin=origin))
 
 
-def make_maps(folder: Path) -> list[Path]:
-    """The artificial maps, one file each; those that are there already are kept."""
+def make_maps(folder: Path, lots: Iterable[int]) -> list[Path]:
+    """The artificial maps of some lots, one file each; those that are there already are kept."""
     folder.mkdir(parents=True, exist_ok=True)
-    which = [(tier, first + k) for first, numbers in LOTS for tier, number in numbers.items() for k in range(number)]
+    which = [(tier, first + k) for first in lots for tier, number in LOTS[first].items() for k in range(number)]
     jobs = [(tier, index, folder / f"{tier}-{index:05d}.pickle") for tier, index in which]
     with ProcessPoolExecutor(2) as pool:
         list(pool.map(_make_map, [job for job in jobs if not job[2].exists()], chunksize=4))

@@ -37,8 +37,8 @@ SEED = 78
 COLOURS = ("#0072b2", "#009e73", "#d55e00", "#cc79a7")
 ABOUT = f"""Mazes of the test split with 20 scans a part and more, exact headings, each scan's x and y off by
 N(0, jitter), a mapper that counts hits, R = {RADIUS_M:g} m; quality where the parts truly stand, the median over parts.
-The mean of {MAZES} mazes, and in brackets the lowest and highest of one. Cut: the same maps with a third of every arc
-wiped out, to unknown.
+The mean of {MAZES} mazes, and the lowest and highest of one; anchors in the first row. Cut: the same maps with a
+third of every arc wiped out, to unknown.
 """
 
 

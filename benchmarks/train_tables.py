@@ -24,7 +24,7 @@ from fidmap.detect.measure import sizes
 from fidmap.detect.network import JUDGE_ANGLES, JUDGE_STEPS, SPOT_ANGLES, SPOT_STEPS
 from fidmap.detect.polar import INNERMOST, OUTERMOST, Windower
 from fidmap.detect.strips import DIRECTIONS, strips
-from fidmap.detect.votes import centre_candidates
+from fidmap.detect.votes import boundary, centre_candidates
 from fidmap.model import FloatArray, Label
 
 MOST_WINDOWS = 300  # per map; more come from a few crowded maps
@@ -52,7 +52,8 @@ def spot_table(drawn: Drawn) -> Table:
     """Windows (M, A, steps) of candidates, labels (M, A) and targets (M, A, 4) of every direction, radii (M,)."""
     random = np.random.default_rng(drawn.number)
     windower, drawn = _coarse(drawn.worn(random))
-    places = _few(centre_candidates(drawn.grid.labels, windower.radius, 0.33), random)
+    edge = boundary(drawn.grid.labels, windower.radius)
+    places = _few(centre_candidates(edge, windower.radius, 0.33), random)
     places = places + random.normal(0, 0.05 * windower.radius, places.shape)
     start = random.uniform(0, BIN)
     windows = windower.cut(places, np.full(len(places), start), SPOT_ANGLES, SPOT_STEPS)
@@ -65,7 +66,8 @@ def judge_table(drawn: Drawn) -> Table:
     """Windows (M, A, steps) of half circles as `spotted` finds them, labels (M,), targets (M, 4), radii (M,)."""
     random = np.random.default_rng(drawn.number + 1)
     windower, drawn = _coarse(drawn.worn(random))
-    arcs = spotted(windower, centre_candidates(drawn.grid.labels, windower.radius), least=0.0075)
+    edge = boundary(drawn.grid.labels, windower.radius)
+    arcs = spotted(windower, centre_candidates(edge, windower.radius), least=0.0075)
     arcs = arcs.take(_few(np.arange(len(arcs.sure)), random))
     centres = np.concatenate(
         [arcs.centres, arcs.centres + random.normal(0, 0.05 * windower.radius, arcs.centres.shape)]
@@ -84,7 +86,7 @@ def vote_table(drawn: Drawn) -> Table:
     """
     random = np.random.default_rng(drawn.number + 2)
     drawn = drawn.worn(random) if random.random() < 0.3 else drawn
-    arcs = half_circles(drawn.grid.labels, drawn.radius)
+    arcs, _ = half_circles(drawn.grid.labels, drawn.radius)
     arcs = arcs.take(arcs.sure >= 0.1)
     at = circles(drawn.grid.labels, arcs, drawn.radius).centres
     at = at + random.normal(0, 0.1, at.shape)

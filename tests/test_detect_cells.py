@@ -12,7 +12,7 @@ from fidmap.detect import find_barrel_parts
 from fidmap.detect.arcs import Arcs, suppress
 from fidmap.detect.cells import BandCells, band_cells
 from fidmap.detect.coarse import coarser
-from fidmap.detect.votes import centre_candidates
+from fidmap.detect.votes import boundary, centre_candidates
 from fidmap.model import Label, TrinaryGrid
 
 
@@ -106,4 +106,4 @@ def test_coarser_cells_are_occupied_if_any_is_else_free_if_any_is(shape: tuple[i
 def test_a_hatched_map_is_searched_no_longer_than_others() -> None:
     """Every cell of it gets as many votes as its neighbours along the hatching."""
     labels = np.tile(np.array([Label.FREE, Label.UNKNOWN, Label.OCCUPIED], np.uint8), (300, 100))
-    assert len(centre_candidates(labels, 2.4)) <= 300
+    assert len(centre_candidates(boundary(labels, 2.4), 2.4)) <= 300

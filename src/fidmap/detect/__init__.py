@@ -19,7 +19,8 @@ from fidmap.detect.coarse import coarser, factor
 from fidmap.detect.measure import Measured, measure
 from fidmap.detect.polar import Windower
 from fidmap.detect.spread import with_spreads
-from fidmap.detect.votes import centre_candidates
+from fidmap.detect.votes import boundary, centre_candidates
+from fidmap.detect.walls import Walls, towards_walls, walls_around
 from fidmap.grid import cells_to_metres
 from fidmap.model import BarrelPart, FloatArray, SettingsError, TrinaryGrid
 
@@ -53,10 +54,11 @@ def find_barrel_parts(grid: TrinaryGrid, radius_m: float) -> tuple[BarrelPart, .
             "give the radius in metres, or a finer map"
         )
     _keep_freed_memory()
-    arcs = half_circles(grid.labels, radius)
+    arcs, walls = half_circles(grid.labels, radius)
     if len(arcs.sure) == 0:
         return ()
     found = measure(grid.labels, arcs, radius, grid.resolution_m)
+    found = replace(found, facings=towards_walls(found.facings, walls))
     return with_spreads(grid, _barrel_parts(grid, found, arcs.sure), radius_m)
 
 
@@ -70,15 +72,19 @@ def _keep_freed_memory() -> None:
     np.empty(KEPT_BYTES, np.uint8)
 
 
-def half_circles(labels: Labels, radius: float) -> Arcs:
-    """Half circles and more of a radius (cells), each arc once, most probable first; the map's own cells."""
+def half_circles(labels: Labels, radius: float) -> tuple[Arcs, Walls]:
+    """Half circles and more of a radius (cells), each once, most probable first, and the walls around each of them.
+
+    Centres are in the map's own cells.
+    """
     times = factor(radius)
     small = coarser(labels, times)
     windower = Windower(small, radius / times)
-    arcs = hypotheses(windower, centre_candidates(small, windower.radius))
+    edge = boundary(small, windower.radius)
+    arcs = hypotheses(windower, centre_candidates(edge, windower.radius))
     arcs = arcs.take(arcs.sure >= LEAST_CONFIDENCE)
     arcs = arcs.take(suppress(arcs, windower.radius))
-    return replace(arcs, centres=arcs.centres * times)
+    return replace(arcs, centres=arcs.centres * times), walls_around(arcs, edge, windower.radius)
 
 
 def _barrel_parts(grid: TrinaryGrid, found: Measured, sure: FloatArray) -> tuple[BarrelPart, ...]:

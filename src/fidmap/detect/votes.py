@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 import numpy.typing as npt
@@ -18,36 +20,52 @@ REACH = 0.35
 FINE = 100  # steps of a blurred map between a byte's
 
 
-def centre_candidates(labels: Image, radius: float, min_votes: float = 0.42) -> FloatArray:
-    """Places that at least a share `min_votes` of a half ring's boundary votes for.
+@dataclass(frozen=True)
+class Boundary:
+    """N cells that touch an obstacle and are none, of a map with a margin that keeps every look-up around them inside.
 
-    labels: (H, W) of `Label`; radius in cells. Returns (N, 2) (row, column) continuous cell coordinates, most
-    votes first. Few passes over the map: masks, dilation, difference, two blurs, maximum filter, comparison.
+    rows, columns: (N,) in the padded map. down, right: (N,) unit vectors into the obstacle.
     """
-    margin = int(radius) + 4  # no look-up around a cell of the map needs a bounds check
+
+    padded: Image
+    margin: int
+    rows: Whole
+    columns: Whole
+    down: Numbers
+    right: Numbers
+
+
+def boundary(labels: Image, radius: float) -> Boundary:
+    """The boundary of a map's obstacles; labels: (H, W) of `Label`; radius in cells.
+
+    Few passes over the map: mask, dilation, difference, one blur.
+    """
+    margin = int(radius) + 4
     padded = pad(labels, margin)
     occupied = mask(padded, Label.OCCUPIED)
-    row, column = _boundary(occupied, margin)
-    if len(row) == 0:
-        return np.empty((0, 2))
-    down, right = _towards_occupied(occupied, row, column, radius)
-    seen = _free_outside(padded, row, column, down, right)
-    votes = np.zeros(padded.shape, np.int16)
-    # at most 96 cells lie a radius (below 11) and one away from another: no count reaches the 127 that fit
-    behind = _flat(padded, row + (radius + 1) * down, column + (radius + 1) * right)
-    np.add.at(votes.reshape(-1), behind[seen], VOTE)
-    return _peaks(votes[margin:-margin, margin:-margin], radius, min_votes)
-
-
-def _boundary(occupied: Image, margin: int) -> tuple[Whole, Whole]:
-    """Rows and columns (N,) of the cells that touch an occupied one and are none, but for the margin's own."""
     touched = cv2.dilate(occupied, np.ones((3, 3), np.uint8))
     cv2.subtract(touched, occupied, dst=touched)
     for side in (touched, touched.T):
         side[:margin] = side[-margin:] = 0
     place = np.flatnonzero(touched > 0).astype(np.int32)  # much faster than looking for numbers
-    row, column = np.divmod(place, np.int32(occupied.shape[1]))
-    return row, column
+    rows, columns = np.divmod(place, np.int32(padded.shape[1]))
+    return Boundary(padded, margin, rows, columns, *_towards_occupied(occupied, rows, columns, radius))
+
+
+def centre_candidates(edge: Boundary, radius: float, min_votes: float = 0.42) -> FloatArray:
+    """Places that at least a share `min_votes` of a half ring's boundary votes for; radius in cells.
+
+    Returns (N, 2) (row, column) continuous cell coordinates, most votes first. Few passes over the map: a blur, maximum
+    filter, comparison.
+    """
+    if len(edge.rows) == 0:
+        return np.empty((0, 2))
+    votes = np.zeros(edge.padded.shape, np.int16)
+    # at most 96 cells lie a radius (below 11) and one away from another: no count reaches the 127 that fit
+    behind = _flat(edge.padded, edge.rows + (radius + 1) * edge.down, edge.columns + (radius + 1) * edge.right)
+    np.add.at(votes.reshape(-1), behind[_free_outside(edge)], VOTE)
+    inside = slice(edge.margin, -edge.margin)
+    return _peaks(votes[inside, inside], radius, min_votes)
 
 
 def mask(labels: Image, label: Label) -> Image:
@@ -76,13 +94,13 @@ def _towards_occupied(occupied: Image, row: Whole, column: Whole, radius: float)
     return down / length, right / length
 
 
-def _free_outside(labels: Image, row: Whole, column: Whole, down: Numbers, right: Numbers) -> npt.NDArray[np.bool_]:
+def _free_outside(edge: Boundary) -> npt.NDArray[np.bool_]:
     """Whether the map is free at the boundary cell or up to two cells further out (grey ramps lie between)."""
-    flat = labels.reshape(-1)
-    seen = flat.take(row * np.int32(labels.shape[1]) + column) == Label.FREE
+    labels, flat = edge.padded, edge.padded.reshape(-1)
+    seen = flat.take(edge.rows * np.int32(labels.shape[1]) + edge.columns) == Label.FREE
     for step in (1, 2):
         other = np.flatnonzero(~seen)
-        beyond = row[other] - step * down[other], column[other] - step * right[other]
+        beyond = edge.rows[other] - step * edge.down[other], edge.columns[other] - step * edge.right[other]
         seen[other] = flat.take(_flat(labels, *beyond)) == Label.FREE
     return np.asarray(seen)
 

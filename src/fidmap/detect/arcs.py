@@ -79,7 +79,9 @@ def spotted(windower: Windower, candidates: FloatArray, least: float = LEAST_SPO
     windows = windower.cut(candidates, np.zeros(len(candidates)), SPOT_ANGLES, SPOT_STEPS)
     seen = spot(windows, windower.radius)
     sure = probability(seen[..., 0])
-    highest = np.max([np.roll(sure, k, axis=1) for k in range(-3, 4)], axis=0)
+    highest = np.concatenate([sure[:, -3:], sure, sure[:, :3]], axis=1)
+    for step in (1, 2, 3):  # of three directions to both sides
+        highest = np.maximum(highest[:, :-step], highest[:, step:])
     which, angle = np.nonzero((sure >= highest) & (sure > least))
     facings = np.asarray(angle * (2 * np.pi / SPOT_ANGLES), np.float64)
     arcs = Arcs(candidates[which], facings, sure[which, angle], np.full(len(which), HALF))

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fidmap.detect.network import BATCH, SingleArray, Weights, dense, product, weights
+from fidmap.detect.network import BATCH, SingleArray, Weights, cut_off, dense, product, weights
 from fidmap.detect.polar import Windows
 from fidmap.detect.strips import Strips
 from fidmap.model import FloatArray, Label
@@ -59,7 +59,7 @@ def _along(layer: Weights, labels: Windows, relative: SingleArray, sizes: Single
     x = product(seen, weight[:, : 2 * steps])
     x += (sizes @ weight[:, 2 * steps : -1].T + layer["inp.bias"])[:, None]
     x += relative[..., None] * weight[:, -1]
-    np.maximum(x, 0, out=x)
+    cut_off(x)
     for name, step in (("c1", 1), ("c2", 2)):
         x = dense(_beside(x, step), layer[f"{name}.weight"], layer[f"{name}.bias"])
     return x
@@ -70,8 +70,7 @@ def _said(layer: Weights, seen: SingleArray, both: SingleArray) -> SingleArray:
     weight, count = layer["mid.weight"], seen.shape[2]
     z = product(seen, weight[:, :count])
     z += (both @ weight[:, count:].T + layer["mid.bias"])[:, None]
-    np.maximum(z, 0, out=z)
-    return np.asarray(product(z, layer["out.weight"]) + layer["out.bias"], np.float32)
+    return np.asarray(product(cut_off(z), layer["out.weight"]) + layer["out.bias"], np.float32)
 
 
 def _beside(x: SingleArray, step: int) -> SingleArray:

@@ -77,24 +77,22 @@ class BandCells:
 def band_cells(labels: Labels, centres: FloatArray, radius: float, width: float) -> BandCells:
     """The occupied cells within about `width` of each ring (K, 2)."""
     reach, beyond = int(np.ceil(radius + width)) + 1, int(radius) + 1  # how far outside of the map a centre may lie
-    margin = reach + beyond
-    padded = pad(labels, margin)
+    corner = np.clip(np.floor(centres).astype(np.intp), -beyond, np.array(labels.shape) + beyond - 1) - reach
     grid = np.arange(-reach, reach + 1)
-    down, right = (axis.ravel() for axis in np.meshgrid(grid, grid, indexing="ij"))
-    away = np.hypot(down, right)
-    band = (away <= radius + width + 1) & (away >= radius - width - 1)
-    offsets = (down[band] * padded.shape[1] + right[band]).astype(np.int32)
-    middle = np.clip(np.floor(centres), -beyond, np.array(labels.shape) + beyond - 1).astype(np.int32) + margin
-    starts = middle[:, 0] * np.int32(padded.shape[1]) + middle[:, 1]
-    flat = padded.reshape(-1)
+    away = grid[:, None] ** 2 + grid**2
+    band = (away <= (radius + width + 1) ** 2) & (away >= max(0, radius - width - 1) ** 2)
+    windows = np.lib.stride_tricks.sliding_window_view(pad(labels, reach + beyond), band.shape)
     places, counts = [np.empty(0, np.int32)], [np.empty(0, np.intp)]
-    for k in range(0, len(starts), BLOCK):
-        index = starts[k : k + BLOCK, None] + offsets
-        occupied = np.flatnonzero(flat.take(index, mode="clip") == Label.OCCUPIED)
-        places.append(index.reshape(-1).take(occupied))
-        counts.append(np.diff(np.searchsorted(occupied, np.arange(len(index) + 1) * len(offsets))))
-    row, column = np.divmod(np.concatenate(places), np.int32(padded.shape[1]))
-    return BandCells(row - (margin - 0.5), column - (margin - 0.5), np.concatenate(counts))
+    for block in (slice(k, k + BLOCK) for k in range(0, len(corner), BLOCK)):
+        row, column = corner[block].T + reach + beyond
+        occupied = np.flatnonzero((windows[row, column] == Label.OCCUPIED) & band)
+        first = np.arange(len(row) + 1) * band.size
+        counts.append(np.diff(np.searchsorted(occupied, first)))
+        places.append((occupied - np.repeat(first[:-1], counts[-1])).astype(np.int32))
+    whose = np.concatenate(counts)
+    row, column = np.divmod(np.concatenate(places), np.int32(len(grid)))
+    down, right = np.repeat(corner + 0.5, whose, axis=0).T
+    return BandCells(row + down, column + right, whose)
 
 
 def pad(labels: Labels, width: int) -> Labels:

@@ -37,15 +37,19 @@ class Windower:
 
 
 def look(padded: Labels, middle: npt.NDArray[np.floating], theta: FloatArray, steps: FloatArray) -> Windows:
-    """(M, A, S) labels so many steps (S,) from middles (M, 2) in directions (M, A); the padding holds them all."""
-    flat, away, start = padded.reshape(-1), steps.astype(np.float32), middle.astype(np.float32)[:, :, None, None]
-    angle = theta.astype(np.float32)[..., None]
+    """(M, A, S) labels so many steps (S,) from middles (M, 2) in directions (M, A); the padding holds them all.
+
+    In memory the steps come first, which makes all that is done here and in the networks' first layers run along rows.
+    """
+    flat, away = padded.reshape(-1), steps.astype(np.float32)[:, None, None]
+    angle = theta.astype(np.float32)
     sine, cosine = np.sin(angle), np.cos(angle)
-    found = np.empty((*theta.shape, len(steps)), np.uint8)
-    for block in (slice(k, k + BLOCK) for k in range(0, len(found), BLOCK)):
+    row, column = (np.repeat(start.astype(np.float32)[:, None], theta.shape[1], axis=1) for start in middle.T)
+    found = np.empty((len(steps), *theta.shape), np.uint8)
+    for block in (slice(k, k + BLOCK) for k in range(0, len(theta), BLOCK)):
         # truncation is floor here: the padding keeps all coordinates positive
-        index = (start[block, 0] + sine[block] * away).astype(np.int32)
+        index = (row[block] + sine[block] * away).astype(np.int32)
         index *= padded.shape[1]
-        index += (start[block, 1] + cosine[block] * away).astype(np.int32)
-        flat.take(index, mode="clip", out=found[block])
-    return found
+        index += (column[block] + cosine[block] * away).astype(np.int32)
+        found[:, block] = flat.take(index, mode="clip")
+    return found.transpose(1, 2, 0)

@@ -106,13 +106,14 @@ def drawn_angles(
 def _gaps(cells: BandCells, centres: FloatArray, facings: FloatArray, reach: FloatArray, radii: FloatArray) -> Gaps:
     """Between cells within one cell of the circles and reach (K,) of the facings, around each ring."""
     down, right = cells.rows - cells.each(centres[:, 0]), cells.columns - cells.each(centres[:, 1])
-    near = np.abs(np.sqrt(down * down + right * right) - cells.each(radii)) <= 1.0
-    cells = cells.take(near)
-    down, right, s, c = down[near], right[near], cells.each(np.sin(facings)), cells.each(np.cos(facings))
+    near = np.flatnonzero(np.abs(np.sqrt(down * down + right * right) - cells.each(radii)) <= 1.0)
+    down, right, ring = down[near], right[near], cells.ring[near]
+    s, c = np.sin(facings)[ring], np.cos(facings)[ring]
     relative = np.arctan2(down * c - right * s, down * s + right * c)
-    near = np.abs(relative) <= cells.each(reach)
-    angle, ring = relative[near], cells.ring[near]
-    angle = angle[np.argsort(ring * (3 * np.pi) + angle)]  # the rings are in order already
+    near = np.flatnonzero(np.abs(relative) <= reach[ring])
+    ring = ring[near]
+    apart = 3 * np.pi * ring  # the rings are in order already
+    angle = np.sort(apart + relative[near]) - apart
     last = np.diff(ring, append=-1) != 0
     first = np.roll(last, 1)
     after = np.roll(angle, -1)

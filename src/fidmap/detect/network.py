@@ -10,7 +10,6 @@ from __future__ import annotations
 from functools import cache
 from importlib import resources
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -79,10 +78,8 @@ def dense(x: SingleArray, weight: SingleArray, bias: SingleArray) -> SingleArray
 
 
 def cut_off(x: SingleArray) -> SingleArray:
-    """Negative answers become 0, in place (contiguous); five times as fast as numpy's maximum."""
-    flat = x.reshape(-1, x.shape[-1])
-    cv2.threshold(flat, 0, 0, cv2.THRESH_TOZERO, dst=flat)
-    return x
+    """Negative answers become 0, in place; against as many zeros, which numpy does twice as fast as against one."""
+    return np.maximum(x, np.zeros_like(x), out=x)
 
 
 def product(x: SingleArray, weight: SingleArray) -> SingleArray:

@@ -50,8 +50,8 @@ def find_barrel_parts(grid: TrinaryGrid, radius_m: float) -> tuple[BarrelPart, .
     radius = radius_m / grid.resolution_m
     if not math.isfinite(radius) or radius < 2:
         raise SettingsError(
-            f"a radius of {radius_m:g} m over cells of {grid.resolution_m:g} m is {radius:.2g}: arcs need at least 2 "
-            "cells; give the radius in metres, or a finer map"
+            f"a radius of {radius_m:g} m is {radius:.2g} cells of {grid.resolution_m:g} m: arcs need at least 2 cells; "
+            "give the radius in metres, or a finer map"
         )
     _keep_freed_memory()
     arcs, walls = half_circles(grid.labels, radius)

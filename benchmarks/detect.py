@@ -8,7 +8,6 @@ which must not look at test data.
 from __future__ import annotations
 
 import csv
-import os
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -93,7 +92,6 @@ def _jobs(numbers: dict[str, int], folder: Path | None, split: Split) -> list[Jo
 
 def attempts(jobs: Sequence[Job]) -> list[Tried]:
     """All maps, on two processes of one thread each."""
-    os.environ.update(dict.fromkeys(detect_speed.THREADS, "1"))
     found = []
     for number, tried in enumerate(run(jobs, attempt, died, 2), start=1):
         found.append(tried)

@@ -9,7 +9,6 @@ beyond the process that holds the `TrinaryGrid`.
 from __future__ import annotations
 
 import math
-import os
 import subprocess
 import sys
 import time
@@ -25,7 +24,6 @@ from fidmap.model import Label, TrinaryGrid
 RESOLUTION_M = 0.02
 SIZES = (500, 700, 1000, 2000, 4000)
 ROUNDS = 4  # processes for each, one after the other: machines that others use have slow seconds
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OPENCV_FOR_THREADS_NUM")
 Labels = npt.NDArray[np.uint8]
 
 
@@ -86,8 +84,7 @@ def _path(folder: Path, side: int) -> Path:
 
 def _alone(mode: str, path: Path, radius: float) -> str:
     command = [sys.executable, "-m", "benchmarks.detect_speed", mode, str(path), str(radius)]
-    environment = os.environ | dict.fromkeys(THREADS, "1")
-    return subprocess.run(command, check=True, capture_output=True, text=True, env=environment).stdout
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
 
 def main() -> int:

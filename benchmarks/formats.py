@@ -7,7 +7,6 @@ the same arena map written in every format, scored. With words only the rows tha
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import subprocess
 import sys
@@ -18,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.detect_speed import THREADS, tiled
+from benchmarks.detect_speed import tiled
 from benchmarks.format_rows import ROWS
 from benchmarks.object_lists import scored_lists
 from benchmarks.page import table, write_section
@@ -85,8 +84,7 @@ def speed_row(row: Row, grid: Grid, folder: Path) -> list[str]:
 
 def _alone(mode: str, row: Row, path: Path) -> dict[str, float]:
     command = [sys.executable, "-m", "benchmarks.formats", f"--{mode}", row.name, str(path)]
-    environment = os.environ | dict.fromkeys(THREADS, "1")
-    done = subprocess.run(command, check=True, capture_output=True, text=True, env=environment)
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
     result: dict[str, float] = json.loads(done.stdout)
     return result
 

@@ -8,7 +8,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import time
 from collections.abc import Iterable
@@ -147,7 +146,6 @@ def main() -> int:
     chosen = parser.parse_args()
     arenas = 20 if chosen.quick else chosen.arenas
     middle = [c for c in CELLS if (c.survey_m, c.centre_m) == (0.02, 0.04)]
-    os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1"))
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
         work = [(cell, Mapper(), CONTINUOUS) for cell in CELLS]
         work += [(cell, mapper, settings) for _, mapper, settings in BESIDE for cell in middle]

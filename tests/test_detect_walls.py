@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from fidmap.detect import find_barrel_parts, half_circles
-from fidmap.detect.walls import DOUBT, MOST, towards_walls
+from fidmap.detect.arcs import HALF, Arcs
+from fidmap.detect.votes import boundary
+from fidmap.detect.walls import DOUBT, MOST, towards_walls, walls_around
 from fidmap.geometry import angle_between
 from fidmap.model import FloatArray, Label, TrinaryGrid
 
@@ -67,8 +69,18 @@ def test_the_walls_tell_the_facing_of_an_arc_with_a_hidden_end(angle: float) -> 
 
 @pytest.mark.parametrize("angle", [0.0, 0.3])
 def test_the_walls_around_are_the_mean_of_their_normals_four_times_turned(angle: float) -> None:
-    """The arc beside them adds little; whole barrels stand against none."""
+    """The arc beside them adds little."""
     _, (walls,) = half_circles(half_beside_a_step(angle).labels, RADIUS)
 
     assert np.angle(walls * np.exp(-4j * angle)) / 4 == pytest.approx(0, abs=np.radians(5))
     assert 0.5 < abs(walls) < 0.9
+
+
+def test_whole_barrels_stand_against_no_wall() -> None:
+    labels = half_beside_a_step(0.0).labels
+    arcs = Arcs(np.full((2, 2), SIDE / 2), np.zeros(2), np.ones(2), np.array([HALF, np.pi]))
+
+    half, whole = walls_around(arcs, boundary(labels, RADIUS), RADIUS)
+
+    assert abs(half) > 0.5
+    assert whole == 0

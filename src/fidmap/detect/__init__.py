@@ -2,7 +2,8 @@
 
 On cells coarse enough for the radius, those that touch an obstacle vote for centres behind it; small networks, trained
 on artificial maps and run A2 of the real ones, look at polar windows around these centres and say where half circles
-and whole ones stand and how sure that is; what remains is measured in the map's own cells. The detector knows no arena.
+and whole ones stand and how sure that is; what remains is measured in the map's own cells, and faces as the walls
+around tell as well. The detector knows no arena.
 """
 
 from __future__ import annotations
